@@ -33,7 +33,7 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import KINDS, trade_off
+from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, trade_off
 
 SHARE = 0.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
@@ -198,11 +198,11 @@ def report() -> str:
             "",
             "With drives:",
             "",
-            *curve(exact, KINDS),
+            *curve(exact, LEVELS_AND_REFITS),
             "",
             "Without drives:",
             "",
-            *curve(bare, [kind for kind in KINDS if not kind[1]]),
+            *curve(bare, [kind for kind in LEVELS_AND_REFITS if not kind[1]]),
             "",
         ]
     )

@@ -32,7 +32,7 @@ from gd_analyze.figures.figure import Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.files import write_text
-from gd_analyze.studies.identification_result import torque_figure
+from gd_analyze.studies.identification_result import identified_torque_figure
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "gallery"
@@ -72,7 +72,7 @@ class Result:
 def identified() -> Figure:
     """Draw what the command finds: its figure is in the report alone."""
     arm = gd.load_arm("ur10_robot.urdf")
-    return torque_figure(gd.identify(arm, gd.read_trajectory(LOG, arm)))
+    return identified_torque_figure(gd.identify(arm, gd.read_trajectory(LOG, arm)))
 
 
 def swept() -> Figure:

@@ -19,7 +19,7 @@ from documented_tables import table
 from gd_analyze.arrays import FloatArray
 from gd_analyze.files import write_text
 from gd_analyze.identification.identification import Identification
-from gd_analyze.identification.rows import Unknowns, rows_of
+from gd_analyze.identification.rows import Unknowns, identification_rows
 from gd_analyze.motions.states import States
 from gd_analyze.text import number, percent
 
@@ -53,7 +53,7 @@ def published(found: Identification, arm: gd.RobotArm, motion: gd.Trajectory) ->
     fastest = np.abs(motion.qd).max(axis=0)
     values = found.estimate.start.copy()
     values[unknowns.of_drives], values[unknowns.of_friction] = DRIVES, PUBLISHED.ravel()
-    rows = rows_of(arm, motion, unknowns, fastest)
+    rows = identification_rows(arm, motion, unknowns, fastest)
     return np.array([np.sqrt(np.mean((each.torque - each.columns @ values) ** 2)) for each in rows])
 
 

@@ -11,7 +11,7 @@ import json
 import sys
 
 from gd_analyze.files import data_folder, write_text
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.catalogue import load_arm
@@ -51,7 +51,8 @@ def main() -> None:
             form = ExactForm(arm, drives)
             program = shortest(driven(program, form) if drives else program, shipped_name(form))
             write_text(
-                data_folder("programs") / f"{shipped_name(form)}.json", json.dumps(written(program)) + "\n"
+                data_folder("programs") / f"{shipped_name(form)}.json",
+                json.dumps(plain_program(program)) + "\n",
             )
 
 

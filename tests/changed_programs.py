@@ -15,7 +15,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.fast_search import FastSearch, FastSettings
@@ -84,7 +84,7 @@ def summands_dropped(exact: ExactDynamics, allowed: FloatArray) -> Program:
     program, some = exact.form.program, exact.thinned(200)
 
     def share(places: Sequence[int], over: ExactDynamics) -> float:
-        inputs, weights = inputs_of(over.states), over.states.weights
+        inputs, weights = program_inputs(over.states), over.states.weights
         off = np.abs(without_first(program, places).run(inputs) - program.run(inputs))
         off = off if weights is None else off * weights.T
         with np.errstate(divide="ignore"):  # nothing may be off at a joint without torque
@@ -153,13 +153,13 @@ def pruned(arm: RobotArm, share: float, rng: np.random.Generator) -> SimplifiedM
 
 def errors_at(model: SimplifiedModel, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
     """Differences from the recursion, shape (N, n)."""
-    inputs = inputs_of(States(q, qd, qdd))
+    inputs = program_inputs(States(q, qd, qdd))
     return np.abs(model.program.run(inputs) - model.form.recursion.run(inputs)).T
 
 
 def round_off(model: SimplifiedModel, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> float:
     """Some thousand operations' eps of the largest torques, whose parts may be some ten times larger."""
-    inputs = inputs_of(States(q, qd, qdd))
+    inputs = program_inputs(States(q, qd, qdd))
     largest = np.abs(model.program.run(inputs)).max() + np.abs(model.form.recursion.run(inputs)).max()
     return 1e4 * float(np.finfo(float).eps) * float(largest)
 

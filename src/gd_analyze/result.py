@@ -48,7 +48,7 @@ class Fact:
     @property
     def written(self) -> str:
         """The value as a person reads it: "1.4 % of peak torque (joint 5)"."""
-        text = written(self.value, self.unit, self.shown) if self.text is None else self.text
+        text = value_text(self.value, self.unit, self.shown) if self.text is None else self.text
         return f"{text} ({self.note})" if self.note else text
 
 
@@ -106,12 +106,12 @@ class Table:
                 continue
             unit, values = column.only_unit, column.values[: self.top]
             if unit is None:
-                cells = [written(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
+                cells = [value_text(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
                 out.append((column, "", cells))
                 continue
             factor, unit = self._prefixed(unit) if column.is_number else (1.0, unit)
             scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
-            out.append((column, pretty(unit), [written(value, "", column.shown) for value in scaled]))
+            out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
 
     def _prefixed(self, unit: str) -> tuple[float, str]:
@@ -211,7 +211,7 @@ def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Co
     ]
 
 
-def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
+def value_text(value: Any, unit: str = "", shown: Shown = "number") -> str:
     """Write one value as a person reads it, with its unit."""
     if _is_unknown(value):
         return UNKNOWN
@@ -220,7 +220,7 @@ def written(value: Any, unit: str = "", shown: Shown = "number") -> str:
     if shown == "flag" or isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if isinstance(value, Sequence | np.ndarray):
-        return ", ".join(written(entry, unit, shown) for entry in value)
+        return ", ".join(value_text(entry, unit, shown) for entry in value)
     if shown in ("number", "bound"):
         return amount(rounded_up(value) if shown == "bound" else value, pretty(unit)).rstrip()
     if shown in ("percent", "share", "bound_percent"):

@@ -33,7 +33,7 @@ def number(value: float, digits: int = 3) -> str:
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
-def figures(value: float) -> str:
+def significant(value: float) -> str:
     """Format to three significant digits, trailing zeros included, with the power of ten set out."""
     if not math.isfinite(value):
         return "∞"

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.simplification.cache import VARIABLE, folder, keep, kept, name_of, without_cache
+from gd_analyze.simplification.cache import VARIABLE, cache_folder, keep, kept, name_of, without_cache
 from strategies import examples, names_in
 
 NAME = name_of(["a key", 1.5])
@@ -32,16 +32,16 @@ def test_what_was_kept_is_there_unless_it_is_switched_off(place, monkeypatch):
     assert kept(NAME) == VALUE
     assert str(kept(NAME)[0][2]) == "-0.0"
     with without_cache():
-        assert folder() is kept(NAME) is None
+        assert cache_folder() is kept(NAME) is None
         keep(name_of("another"), VALUE)
     assert len(names_in(place)) == 1
     monkeypatch.setattr("gd_analyze.simplification.cache.__version__", "0.0.1")
     assert name_of(["a key", 1.5]) != NAME
     for name in ("off", "OFF", ""):
         monkeypatch.setenv(VARIABLE, name)
-        assert folder() is None
+        assert cache_folder() is None
     monkeypatch.delenv(VARIABLE)
-    assert folder().name == "gd-analyze"
+    assert cache_folder().name == "gd-analyze"
 
 
 @examples(40)

@@ -17,7 +17,6 @@ from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.text import (
     LARGEST,
     amount,
-    figures,
     in_python,
     number,
     number_in,
@@ -25,6 +24,7 @@ from gd_analyze.text import (
     pretty,
     rounded_up,
     share_up,
+    significant,
     visible,
 )
 from strategies import examples
@@ -34,7 +34,7 @@ ACTING = ("\x1b[31m", "a\nb", "\x9b2J", "\u202eabc", "\x00", "\u2028", "\ud800")
 
 def test_three_digits_and_a_unit_with_a_prefix() -> None:
     digits = ["0", "41.0", "0.00120", "2.10 × 10⁻¹⁴", "∞"]
-    assert [figures(x) for x in (0.0, 41.0, 0.0012, 2.1e-14, np.inf)] == digits
+    assert [significant(x) for x in (0.0, 41.0, 0.0012, 2.1e-14, np.inf)] == digits
     shares = ["0 %", "< 0.01 %", "1.2 %", "115 %", "∞"]
     assert [percent(x) for x in (0.0, 1e-6, 0.01234, 1.1502, np.inf)] == shares
     assert [percent(x) for x in (803.9, -803.9)] == ["more than 100 times", "less than -100 times"]

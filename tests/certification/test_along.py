@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import changed_programs as pruning
 import gd_analyze as gd
 from gd_analyze.certification.error_field import ErrorField
-from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.taylor import TaylorForm
 from gd_analyze.harmonics.expansion import velocity_factors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -64,7 +64,7 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed, n):
     real, imaginary = rng.normal(size=(2, len(factors), len(multiples)))
     polynomial = TrigonometricPolynomial(prismatic, multiples, real + 1j * imaginary)
     box = gd.Box(-np.ones(n), np.ones(n), np.ones(n), np.ones(n))
-    form = TaylorForm(ErrorField(box, polynomial, Motion(n, factors), 0.0, 0.0))
+    form = TaylorForm(ErrorField(box, polynomial, MotionFactors(n, factors), 0.0, 0.0))
     centre = rng.uniform(-1.0, 1.0, (3 * n, 20))
     half = 10.0 ** rng.uniform(-4.0, 0.0, (3 * n, 20)) * rng.choice([0.0, 1.0], (3 * n, 20), p=[0.1, 0.9])
     boxes = form.boxes(centre, half, np.arange(20))

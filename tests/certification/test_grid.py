@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.certification.grid import Grid, Reached, grid_of, shared_out
-from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from harmonic_arms import to_polynomial
 from strategies import examples
@@ -114,7 +114,9 @@ def test_a_linear_function_is_largest_at_an_end():
     assert next(polynomial.on_grid(grid.nodes)).max() == 5.0
 
 
-def error_at(motion: Motion, values: np.ndarray, velocities: np.ndarray, pushes: np.ndarray) -> np.ndarray:
+def error_at(
+    motion: MotionFactors, values: np.ndarray, velocities: np.ndarray, pushes: np.ndarray
+) -> np.ndarray:
     """Sum over the factors by their meaning; values (P,), velocities and accelerations (N, n)."""
     out = np.zeros(len(velocities))
     for (kind, joints), value in zip(motion.factors, values, strict=True):
@@ -128,7 +130,7 @@ def test_no_velocities_exceed_the_bound_and_the_worst_is_reached(n, seed):
     rng = np.random.default_rng(seed)
     every = [("1", ()), *(("qdd", (i,)) for i in range(n))]
     every += [("qd", pair) for pair in itertools.combinations_with_replacement(range(n), 2)]
-    motion = Motion(n, tuple(factor for factor in every if rng.random() < 0.7))
+    motion = MotionFactors(n, tuple(factor for factor in every if rng.random() < 0.7))
     values = rng.normal(size=(len(motion.factors), 5))
     bound, reached = motion.bound(values), motion.reached(values)
     assert (bound <= motion.quick_bound(values)).all()
@@ -158,12 +160,12 @@ def test_products_share_signs_and_squares_may_reduce_the_error():
         ((("qd", (0, 1)), ("qd", (0, 0))), [1.0, -0.25], 1.25),
         ((*still, ("qd", (0, 1)), ("qd", (0, 0))), [5.0, 1.0, -0.25], 5.75),
     ):
-        motion, values = Motion(3, factors), np.array(weights)
+        motion, values = MotionFactors(3, factors), np.array(weights)
         assert motion.bound(values[:, None])[0] == motion.worst(values[:, None])[0][0] == largest
 
 
 def test_many_joints_are_bounded_without_trying_all_signs():
     pairs = tuple(("qd", pair) for pair in itertools.combinations(range(14), 2))
-    motion, values = Motion(14, pairs), np.random.default_rng(1).normal(size=(len(pairs), 3))
+    motion, values = MotionFactors(14, pairs), np.random.default_rng(1).normal(size=(len(pairs), 3))
     np.testing.assert_allclose(motion.bound(values), np.abs(values).sum(axis=0), rtol=1e-15)
     assert (motion.worst(values)[0] <= np.abs(values).sum(axis=0)).all()

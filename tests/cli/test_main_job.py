@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.cli.main_job import FORMATS, MADE_AGAIN
+from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
@@ -20,7 +20,7 @@ from recordings import swung
 
 
 def test_the_formats_are_those_of_the_library():
-    assert tuple(RESULT_FILES) == FORMATS
+    assert tuple(RESULT_FILES) == RUN_FORMATS
 
 
 def test_everything_is_written_and_agrees(run, here):

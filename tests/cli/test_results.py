@@ -9,7 +9,17 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.report.terminal import text_of
-from gd_analyze.result import Column, Equations, Fact, Result, Section, Table, joint_columns, plain, written
+from gd_analyze.result import (
+    Column,
+    Equations,
+    Fact,
+    Result,
+    Section,
+    Table,
+    joint_columns,
+    plain,
+    value_text,
+)
 
 LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
 
@@ -27,7 +37,7 @@ LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
     ],
 )
 def test_values_as_a_person_reads_them(value, unit, shown, text):
-    assert written(value, unit, shown) == text
+    assert value_text(value, unit, shown) == text
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from markdown_pages import ROOT, code, tables
 import gd_analyze as gd
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
-from gd_analyze.dynamics.regrouping import KINDS
+from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
 
@@ -51,4 +51,4 @@ def test_base_parameters_and_their_kinds():
     names = [code(row["name"]) for row in tables(PAGE, "Base parameters")]
     assert names == [field.name for field in dataclasses.fields(gd.BaseParameter)]
     section = PAGE.read_text(encoding="utf-8").partition("## Base parameters")[2].partition("## ")[0]
-    assert re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0]) == list(KINDS)
+    assert re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0]) == list(PARAMETER_KINDS)

@@ -23,8 +23,8 @@ from gd_analyze.dynamics import newton_euler_base, newton_euler_link
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import (
+    COMPARED_QUANTITIES,
     MOST_SET_POINTS,
-    QUANTITIES,
     cross_check,
     pinocchio_dynamics,
     pinocchio_model,
@@ -58,7 +58,7 @@ def check(arm: RobotArm, states: States) -> None:
         parts = vars(method.dynamics(arm, q, qd)).values()  # D, h and c
         ours[name] = (*parts, method.torque(arm, q, qd, qdd))
     theirs = pinocchio_dynamics(arm, *states.arrays)
-    for k, quantity in enumerate(QUANTITIES):
+    for k, quantity in enumerate(COMPARED_QUANTITIES):
         for name, found in ours.items():
             difference = np.abs(np.moveaxis(found[k], -1, 0) - theirs[quantity]).max()
             assert difference <= TO_PINOCCHIO * bounds[quantity], (name, quantity)
@@ -167,11 +167,11 @@ def into_joint_frame(rotation: FloatArray, translation: FloatArray) -> FloatArra
 def test_every_arm_passes_the_cross_check(case):
     arm, motion = case
     residuals = cross_check(arm, gd.decompose(arm, motion))
-    assert tuple(dict.fromkeys(r.quantity for r in residuals)) == QUANTITIES
+    assert tuple(dict.fromkeys(r.quantity for r in residuals)) == COMPARED_QUANTITIES
     assert all(0 <= r.largest <= r.bound for r in residuals)
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("quantity", COMPARED_QUANTITIES)
 @pytest.mark.parametrize("wrong", ["one number", "nan"])
 def test_a_wrong_number_anywhere_is_caught(puma, pick_and_place, pick_and_place_dataset, quantity, wrong):
     bounds = round_off_bounds(puma, pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)

@@ -16,7 +16,7 @@ from gd_analyze.dynamics.base_parameters import BaseParameters, parameters_of, r
 from gd_analyze.dynamics.newton_euler_link import torque as torque_of_links
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
-from gd_analyze.dynamics.regrouping import KINDS
+from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
@@ -170,7 +170,9 @@ def test_the_pumas_by_name(puma):
     # The second drive turns with its link across the first axis: as an inertia about its own.
     second = [share[0] for one in base for share in one.combination if share[1:] == ("J", 2)]
     assert second == pytest.approx([-0.5, 0.5, 0.5], rel=1e-12)
-    assert base.never_acting == tuple((kind, 1) for kind in KINDS[:-1] if kind not in ("Pxx", "Pyy"))
+    assert base.never_acting == tuple(
+        (kind, 1) for kind in PARAMETER_KINDS[:-1] if kind not in ("Pxx", "Pyy")
+    )
 
 
 @pytest.mark.parametrize(("gravity", "at_least", "at_most"), [([0.0, 9.81, 0.0], 38, 38), ([0, 0, 0], 1, 35)])

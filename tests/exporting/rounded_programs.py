@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 
 # Mass, centre of mass and inertia, as every function that takes a payload is given it.
 PAYLOAD = (2.0, 0.1, -0.05, 0.2, 0.02, 0.03, 0.04, 0.001, 0.002, -0.003)
@@ -19,7 +19,7 @@ _SINE = 4.0
 
 def given_of(states: States) -> dict[str, FloatArray]:
     """Inputs by name; torques are taken for accelerations, which makes no difference to a program."""
-    inputs = inputs_of(states) | {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
+    inputs = program_inputs(states) | {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
     return inputs | {f"payload{i + 1}": np.full(len(states.q), x) for i, x in enumerate(PAYLOAD)}
 
 

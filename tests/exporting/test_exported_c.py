@@ -17,7 +17,7 @@ from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_
 
 import gd_analyze as gd
 from gd_analyze.exporting.export import written
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 
 pytestmark = needs_gcc
 # What the generated code calls, and what a compiler may put in for a loop that copies or a sum of both.
@@ -145,7 +145,7 @@ def test_sines_are_as_exact_as_the_librarys_at_any_angle(library):
     q = np.array([q1, np.zeros_like(q1)])
     sound = np.isfinite(q1)
     still = gd.States(q.T[sound], *np.zeros((2, sound.sum(), 2)))
-    expected = subject("two_link energy").torque.program.run(inputs_of(still))
+    expected = subject("two_link energy").torque.program.run(program_inputs(still))
     weights = np.abs(expected).max(axis=1)
     one_by_one, out = np.empty_like(q), (number * 2)()
     for k in range(len(q1)):

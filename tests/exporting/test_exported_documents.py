@@ -13,7 +13,7 @@ from running import called, needs, size_of
 
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.formulas.languages import Latex
+from gd_analyze.formulas.languages import LatexPrinter
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.text import number
 
@@ -149,7 +149,7 @@ def test_latex_tells_errors_and_bounds(case):
 @pytest.mark.parametrize("case", ["puma560", "puma560 fast"])
 def test_latex_has_a_line_for_every_named_step(case):
     what, text = latex_of(case)
-    program, printer = what.torque.program, Latex(6)
+    program, printer = what.torque.program, LatexPrinter(6)
     formulas = NamedSteps(program).formulas
     assert len(formulas) > 2 * what.n
     places = [text.index(f"{printer.symbol(formula.left)} &=") for formula in formulas]

@@ -23,7 +23,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from made_models import ROUND_OFF
 
@@ -89,7 +89,7 @@ def test_derivatives_are_pinocchios_and_forward_dynamics_undo_the_torque(name):
         lost = ROUND_OFF * np.linalg.cond(found["D"][k]) * max(1.0, np.abs(qdd).max())
         assert np.abs(found["qdd"][k] - pinocchio.aba(model, data, q, qd, drawn.qdd[k])).max() <= lost
     there = what.functions[-1].program.run(
-        inputs_of(drawn) | {f"tau{i + 1}": found["tau"][:, i] for i in range(n)}
+        program_inputs(drawn) | {f"tau{i + 1}": found["tau"][:, i] for i in range(n)}
     )
     back = np.abs(there.T - drawn.qdd).max(axis=1)
     assert (back <= ROUND_OFF * np.linalg.cond(found["D"]) * np.abs(drawn.qdd).max()).all()

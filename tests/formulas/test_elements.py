@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.formulas.languages import Latex, Plain, number, rounded
+from gd_analyze.formulas.languages import LatexPrinter, Plain, formatted, rounded
 from gd_analyze.formulas.results import equations, sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula, factor_legend
-from gd_analyze.harmonics.equations import Equation, Term
+from gd_analyze.harmonics.equations import Equation, EquationTerm
 from gd_analyze.harmonics.terms import Factor
 from strategies import examples
 
@@ -51,8 +51,8 @@ def test_as_a_person_would_write_it(name):
     assert expected[name] in legend_of(*found.values())
 
 
-def term(coefficient: float, *factors: Factor) -> Term:
-    return Term(coefficient, factors, "translation", coefficient, 0.0, (1,), 1.0)
+def term(coefficient: float, *factors: Factor) -> EquationTerm:
+    return EquationTerm(coefficient, factors, "translation", coefficient, 0.0, (1,), 1.0)
 
 
 PLAIN, SUM, SLIDE = Factor("cos", (0, 1, 1)), Factor("sin", (0, 2, -1)), Factor("power", (1, 0, 0))
@@ -65,7 +65,7 @@ def test_plain_and_latex():
     assert plain_of(equation) == "h112 = -C23 + 5.85e-5 d1² sin²(2 q2 - q3) - 1 + 123000 d1"
     powers = r"5.85 \cdot 10^{-5} \, d_{1}^{2} \, \sin^{2}(2 q_{2} - q_{3})"
     assert (
-        Latex().line(element_formula(equation))
+        LatexPrinter().line(element_formula(equation))
         == rf"h_{{112}} = -C_{{23}} + {powers} - 1 + 123000 \, d_{{1}}"
     )
     assert (plain_of(far), *legend_of(far)) == ("D1,10 = 2 C9,10", "C9,10 = cos(q9 + q10)")
@@ -104,5 +104,5 @@ def test_rounded_numbers(value, digits):
     # Half a unit in the last digit shown.
     unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
     assert abs(shown - value) <= 0.5 * unit * (1 + 1e-9) + np.finfo(float).eps * value
-    assert float(number(-value, digits)) == -shown
+    assert float(formatted(-value, digits)) == -shown
     assert not (mantissa.endswith("0") and "." in mantissa)

@@ -11,7 +11,7 @@ import typst
 
 import gd_analyze as gd
 from gd_analyze.formulas.formula import Formula
-from gd_analyze.formulas.languages import Latex, MathML, PageMathML, Plain, Typst
+from gd_analyze.formulas.languages import LatexPrinter, MathML, PageMathML, Plain, Typst
 from gd_analyze.formulas.results import equations
 from gd_analyze.formulas.writing import (
     element_formula,
@@ -28,7 +28,7 @@ from gd_analyze.harmonics.transform import Harmonics
 from parallel_axes import scara
 
 DOTTED = {("p", "˙"): "pd", ("p", "¨"): "pdd", ("q", "˙"): "qd", ("q", "¨"): "qdd"}
-PAGE, PLAIN, LATEX, TYPST = PageMathML(), Plain(), Latex(), Typst()
+PAGE, PLAIN, LATEX, TYPST = PageMathML(), Plain(), LatexPrinter(), Typst()
 
 
 @pytest.fixture(scope="module", params=("two_link", "puma560", "stanford", "scara"))

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from changed_programs import pruned, rounded
 from gd_analyze.arrays import FloatArray
-from gd_analyze.formulas.formula import Formula, Function, Product, Symbol
+from gd_analyze.formulas.formula import CircularFunction, Formula, Product, Symbol
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from strategies import arms, examples, random_states
 
@@ -51,8 +51,8 @@ class Reader:
             out = out + factor
         return out
 
-    def value(self, base: Symbol | Function) -> FloatArray:
-        if isinstance(base, Function):
+    def value(self, base: Symbol | CircularFunction) -> FloatArray:
+        if isinstance(base, CircularFunction):
             return {"cos": np.cos, "sin": np.sin}[base.name](self.total(base.argument))
         if base in self.legend:
             return self.right_side(self.legend[base])
@@ -65,7 +65,7 @@ class Reader:
 
 def assert_read_alike(program: Program, states: States) -> NamedSteps:
     steps = NamedSteps(program)
-    inputs, values = inputs_of(states), Reader(steps, states).values
+    inputs, values = program_inputs(states), Reader(steps, states).values
     found = np.array([values[Symbol("tau", str(joint + 1))] for joint in range(len(program.outputs))])
     every = [*program.steps, *(x for x in program.outputs if not isinstance(x, Expression))]
     # Sums are added in another order, and numbers multiplied first: every step rounds by eps of what is, or

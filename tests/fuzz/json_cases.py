@@ -17,7 +17,7 @@ from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
 from gd_analyze.certification.simplifying import simplify
-from gd_analyze.operations.program import written
+from gd_analyze.operations.program import plain_program
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.description import arm_from_description, fingerprint
 from gd_analyze.simplification.effort import ROUGH
@@ -62,7 +62,7 @@ def _reconciled(random: Random, document: Any) -> Any:
         form = ExactForm(arm_from_description(document["arm"]), document["drives"])
         with np.errstate(all="ignore"):
             program = level.write(form, level.from_entries(form, document["terms"]), ROUGH)
-        steps, outputs = written(program)
+        steps, outputs = plain_program(program)
         return document | {
             "steps": steps,
             "outputs": outputs,

@@ -15,7 +15,7 @@ from gd_analyze.harmonics.expansion import Expansion, expanded, velocity_factors
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.effort import COUNTING, ROUGH, inputs_of
+from gd_analyze.simplification.effort import COUNTING, ROUGH, program_inputs
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.levels import LEVELS
@@ -45,7 +45,7 @@ def test_it_is_what_the_program_computes(arm, seed, level, effort):
     program = level.write(form, level.terms(form), effort)
     expansion = expanded(program, slides(arm))
     states = random_states(arm.n_joints, 40, seed)
-    apart = np.abs(torque_of(expansion, *states.arrays) - program.run(inputs_of(states)).T).max(axis=0)
+    apart = np.abs(torque_of(expansion, *states.arrays) - program.run(program_inputs(states)).T).max(axis=0)
     # The sum of harmonics itself is rounded, too: once per harmonic and some, which the bound for all
     # states of the program's own magnitudes covers many times over.
     limits = (np.abs(x).max(axis=0) for x in states.arrays)

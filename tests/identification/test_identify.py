@@ -17,7 +17,7 @@ from gd_analyze.identification.consistent import pseudo_inertias
 from gd_analyze.identification.doubts import scale_error
 from gd_analyze.identification.identification import Identification
 from gd_analyze.identification.identified_arm import base_matrix
-from gd_analyze.identification.rows import Unknowns, rows_of
+from gd_analyze.identification.rows import Unknowns, identification_rows
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.parts import pseudo_inertia
@@ -59,7 +59,9 @@ def test_rows_are_torque_by_what_it_is_linear_in(true, motion):
     """Columns times the true numbers are the measured torque, window by window."""
     unknowns = Unknowns(6)
     time, states = motion
-    rows = rows_of(true.arm, true.exact_log(time, states), unknowns, np.abs(states.qd).max(axis=0))
+    rows = identification_rows(
+        true.arm, true.exact_log(time, states), unknowns, np.abs(states.qd).max(axis=0)
+    )
     numbers = np.concatenate([parameters_of(true.arm).ravel(), true.drives, true.friction.ravel()])
     for each in rows:
         assert len(each.time) > 0.5 * len(time) / 5  # windows of five readings, but for those of reversals

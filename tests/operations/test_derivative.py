@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from random_programs import INPUTS, evaluated, program_of, trees, trees_of
 
-from gd_analyze.operations.program import Program, slopes_of
+from gd_analyze.operations.program import Program, program_slopes
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 
@@ -32,7 +32,7 @@ def drawn(seed: int, most: float) -> dict[str, np.ndarray]:
 
 def derivative(program: Program, along, values=None) -> Program:
     trace = Trace()
-    return Program.of(trace, slopes_of(program, along, program.folded(trace, values or {}), trace))
+    return Program.of(trace, program_slopes(program, along, program.folded(trace, values or {}), trace))
 
 
 def inputs_of(program: Program) -> set[str]:

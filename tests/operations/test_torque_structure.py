@@ -16,7 +16,7 @@ from random_programs import program_of, trees
 
 import gd_analyze as gd
 from changed_programs import pruned, rounded, sums_of, without_first
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.catalogue import builtin_arms
@@ -132,7 +132,7 @@ def test_a_wrong_step_is_named(why):
     fault = structure_fault(program)
     assert fault.endswith(why)
     number = int(re.match(r"step s(\d+) ", fault)[1])
-    operation = written(program)[0][number][0]
+    operation = plain_program(program)[0][number][0]
     assert operation in {"is": ("cos", "sin", "multiply"), "adds": ("add", "subtract")}[why.split()[0]]
     # Before the wrong step there is nothing wrong.
     before = program.steps[:number]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from random_programs import evaluated, program_of, trees
 
 from gd_analyze.arrays import cross, dot
-from gd_analyze.operations.program import Program, read_back, written
+from gd_analyze.operations.program import Program, plain_program, read_back
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 
@@ -85,9 +85,9 @@ def test_programs_compute_what_direct_evaluation_computes(roots, seed):
     for row, root in zip(found, roots, strict=True):
         np.testing.assert_array_equal(row, np.broadcast_to(evaluated(root, list(values)), 50))
     # Written to a file and read back it computes the same bits.
-    again = read_back(*json.loads(json.dumps(written(program))), inputs.keys())
+    again = read_back(*json.loads(json.dumps(plain_program(program))), inputs.keys())
     np.testing.assert_array_equal(again.run(inputs), found)
-    assert written(again) == written(program)
+    assert plain_program(again) == plain_program(program)
 
 
 @pytest.mark.parametrize(

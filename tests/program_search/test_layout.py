@@ -12,7 +12,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import Layout, Nodes
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from strategies import arms, examples, random_states
 
@@ -68,7 +68,7 @@ def test_so_are_exact_torques_of_any_arm(arm, seed):
     program = ExactForm(arm).recursion
     layout = guarded_layout(Layout.of(program, PRICE))
     nodes = layout.exact
-    inputs = inputs_of(random_states(arm.n_joints, 5, seed))
+    inputs = program_inputs(random_states(arm.n_joints, 5, seed))
     expected = program.run(inputs)
     again = layout.program(nodes)
     np.testing.assert_array_equal(again.run(inputs), expected)

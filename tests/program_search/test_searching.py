@@ -16,10 +16,10 @@ import uncompiled
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.program_search.layout import Layout, Nodes, copied
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 
 PRICE = 4.0
@@ -37,7 +37,7 @@ class Case:
         self.exact = ExactForm(arm).program
         self.layout = Layout.of(self.exact, PRICE)
         self.states = gd.states_in_box(arm, count)
-        self.inputs = inputs_of(self.states)
+        self.inputs = program_inputs(self.states)
         self.targets = self.exact.run(self.inputs)
         self.scale = 1.0 / (budget * np.abs(self.targets).max(axis=1, keepdims=True)) + 0.0 * self.targets
 
@@ -124,7 +124,7 @@ def test_a_seed_gives_the_same_again_and_another_does_not():
     for seed in (3, 3, 4):
         plain_search.cache_clear()
         case, nodes, _ = plain_search("usual", seed, 40)
-        found.append(written(case.layout.program(nodes)))
+        found.append(plain_program(case.layout.program(nodes)))
     first, again, other = found
     assert again == first
     assert other != first
@@ -173,7 +173,7 @@ def test_what_is_found_holds_at_the_whole_pool(seed):
         np.abs(search.errors(found)), case.errors(found), rtol=0.0, atol=20 * (ROUNDED - 1.0)
     )
     again = compiled_search(case, 8000).run(start, 6000, seed)
-    assert written(case.layout.program(again)) == written(case.layout.program(found))
+    assert plain_program(case.layout.program(again)) == plain_program(case.layout.program(found))
 
 
 @pytest.mark.xdist_group("numba")
@@ -250,5 +250,5 @@ def test_with_bounds_checked_it_finds_the_same(tmp_path):
     search = compiled_search(case, 600)
     found = search.run(case.layout.exact, 3000, 0)
     search.add(*case.some(600, 1000))
-    expected = [written(case.layout.program(nodes)) for nodes in (found, search.run(found, 1000, 1))]
+    expected = [plain_program(case.layout.program(nodes)) for nodes in (found, search.run(found, 1000, 1))]
     assert json.loads(ran.stdout) == json.loads(json.dumps(expected))

@@ -12,8 +12,8 @@ from page_reader import Page
 
 from gd_analyze.figures.figure import Area
 from gd_analyze.figures.structure import cells, matrix_figure, shares_of_torque
-from gd_analyze.formulas.formula import Function, Power
-from gd_analyze.report.answer import element_details, verdict_lists
+from gd_analyze.formulas.formula import CircularFunction, Power
+from gd_analyze.report.answer import element_details, shown_verdict_lists
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
@@ -70,7 +70,7 @@ def test_bars_are_shares_of_the_sum_of_rms(puma_findings: Findings) -> None:
 
 
 def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
-    groups = verdict_lists(puma_findings)
+    groups = shown_verdict_lists(puma_findings)
     listed = [label for group in groups for label in group.elements]
     # Elements of which only the drive counts are named in words.
     words = next(group.words for group in groups if group.verdict == "drives")
@@ -85,7 +85,7 @@ def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
 def value(power: Power, q: np.ndarray, qd: np.ndarray) -> float:
     """A factor of a term at a state."""
     base, exponent = power
-    if isinstance(base, Function):
+    if isinstance(base, CircularFunction):
         angle = sum(weight * q[int(one.base.index) - 1] for weight, (one,) in base.argument)
         return {"cos": np.cos, "sin": np.sin}[base.name](angle) ** exponent
     if base.letter == "q":

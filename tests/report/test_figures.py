@@ -20,7 +20,7 @@ from gd_analyze.figures.figure import (
     Panel,
     broken,
     hatching,
-    joint_label,
+    short_joint_label,
     ticks,
     value_axis,
 )
@@ -200,12 +200,12 @@ def test_measured_torque_is_what_the_table_has(measured_findings: Findings) -> N
 
 def test_a_long_name_keeps_the_end_that_tells_the_joint_apart() -> None:
     panda = [Joint(f"panda_joint{k}", "revolute") for k in range(1, 8)]
-    assert joint_label(panda, 6, 100.0) == "7 joint7"
-    assert joint_label(panda, 6, 28.0) == "7 joint7"
+    assert short_joint_label(panda, 6, 100.0) == "7 joint7"
+    assert short_joint_label(panda, 6, 28.0) == "7 joint7"
     ur = [Joint(f"shoulder_{k}_joint", "revolute") for k in ("pan", "lift")]
     ur.append(Joint("elbow_joint", "revolute"))
-    assert joint_label(ur, 1, 50.0) == "2 …ulder_lift…"
-    assert joint_label([Joint("1", "revolute")], 0, 50.0) == "1"
+    assert short_joint_label(ur, 1, 50.0) == "2 …ulder_lift…"
+    assert short_joint_label([Joint("1", "revolute")], 0, 50.0) == "1"
 
 
 def test_hatching_stays_inside_its_area() -> None:

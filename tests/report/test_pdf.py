@@ -13,7 +13,7 @@ from report_cases import HOSTILE, made_findings
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.report import pdf
-from gd_analyze.report.answer import verdict_lists
+from gd_analyze.report.answer import shown_verdict_lists
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
@@ -39,7 +39,7 @@ def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Finding
         assert said.partition("^")[0] in words
     for joint in puma_findings.arm.joints:
         assert joint.name in words
-    for group in verdict_lists(puma_findings):
+    for group in shown_verdict_lists(puma_findings):
         assert group.heading in words
     labels = [subscripted(label) for label in puma_findings.dominance.element.values.tolist()]
     assert all(label in words for label in labels)

@@ -13,7 +13,7 @@ from changed_programs import fast_model, rounded
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.operations.program import written
+from gd_analyze.operations.program import plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.simplification import fast
 from gd_analyze.simplification.fast import FAST
@@ -82,7 +82,7 @@ def test_near_a_motion_it_holds_and_is_the_same_again(two_link, swing):
     certificate = gd.certify(model, tube)
     assert certificate.within(model.accuracy.allowed).all()
     np.testing.assert_array_equal(model.accuracy.certificate.certified, certificate.certified)
-    assert written(again.program) == written(model.program)
+    assert plain_program(again.program) == plain_program(model.program)
     assert model.accuracy.steps[-1].operations == model.operations.total
 
 
@@ -128,7 +128,7 @@ def test_at_set_points_of_six_joints_with_drives(puma, pick_and_place):
 def test_a_budget_of_hardly_anything_gives_the_exact_torque(two_link, swing):
     model = gd.simplify(two_link, swing, "1e-9%", level="fast", effort=0.02)
     assert model.is_exact
-    assert written(model.program) == written(model.form.program)
+    assert plain_program(model.program) == plain_program(model.form.program)
 
 
 def test_a_budget_above_the_torque_leaves_nothing(two_link, swing):

@@ -16,7 +16,7 @@ from changed_programs import skip_searches
 from formulation_costs import generic_chain
 from gd_analyze.errors import ModelError
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification import cache, effort, exact
 from gd_analyze.simplification.exact import ExactForm
@@ -133,7 +133,7 @@ def test_a_forged_entry_of_the_cache_is_written_anew(puma, tmp_path, monkeypatch
     honest = ExactForm(puma).program
     (entry,) = tmp_path.iterdir()
     name = entry.name.removesuffix(".gd.json")
-    assert cache.kept(name) == json.loads(json.dumps(written(honest)))
+    assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
     trace = Trace()
     q2 = trace.inputs("q", 6)[1, 0]
     value, wave = honest.folded(trace, {}), 1.0
@@ -141,18 +141,18 @@ def test_a_forged_entry_of_the_cache_is_written_anew(puma, tmp_path, monkeypatch
         wave = wave * np.sin(q2 - float(known))
     forged = Program.of(trace, [value(x) + 0.01 * wave for x in honest.outputs])
     for bad in (forged, program_of(lambda q, qd, qdd: 0.0 * q[0] + qd[0] * qd[1] * qd[2])):
-        cache.keep(name, written(bad))
+        cache.keep(name, plain_program(bad))
         effort.kept_program.cache_clear()
         again = ExactForm(puma).program
-        assert written(again) == written(honest)
-        assert cache.kept(name) == json.loads(json.dumps(written(honest)))
+        assert plain_program(again) == plain_program(honest)
+        assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
     # One that computes the same in more operations than the recursion would make savings look larger.
     trace = Trace()
     value, spare = honest.folded(trace, {}), 0.0
     for k, input_ in enumerate(trace.inputs("q", 6)[:, 0]):
         for j in range(30):
             spare = spare + np.sin(input_ + (1.0 + j + 100.0 * k))
-    cache.keep(name, written(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs])))
+    cache.keep(name, plain_program(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs])))
     effort.kept_program.cache_clear()
     assert ExactForm(puma).program.count == honest.count
 

@@ -21,7 +21,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import read_back, written
+from gd_analyze.operations.program import plain_program, read_back
 from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
@@ -489,7 +489,7 @@ def test_a_program_comes_back(program, path, swing):
     save_model(program, path)
     again = load_model(path)
     assert_same(program, again, states_of(swing))
-    assert written(again.program) == written(program.program)
+    assert plain_program(again.program) == plain_program(program.program)
     assert again.accuracy.measured
     assert (again.saves, again.terms) == (True, {})
 

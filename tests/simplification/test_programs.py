@@ -24,11 +24,11 @@ from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program, written
+from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE, keep, kept, without_cache
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, inputs_of, kept_program
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, kept_program, program_inputs
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import exactly
@@ -48,7 +48,7 @@ def test_it_is_the_torque(case):
     form, states = ExactForm(case[0]), case[1]
     exact = decompose_states(form.arm, states, christoffel=False)["torque"]
     bound = round_off_bounds(form.arm, *states.arrays)["torque"]
-    assert np.abs(form.program.run(inputs_of(states)).T - exact).max() <= 8 * bound
+    assert np.abs(form.program.run(program_inputs(states)).T - exact).max() <= 8 * bound
 
 
 @examples(4)
@@ -76,11 +76,11 @@ def test_a_shipped_program_is_used_where_it_is_right(path, place):
     name, _, drives = path.stem.partition("-")
     arm = load_arm(name)
     program = exact(arm, bool(drives))
-    assert [*written(program)] == json.loads(path.read_text())
+    assert [*plain_program(program)] == json.loads(path.read_text())
     assert not place.exists()
     heavier = dataclasses.replace(arm.links[-1], mass=1.01 * arm.links[-1].mass)
     other = dataclasses.replace(arm, links=(*arm.links[:-1], heavier))
-    assert written(exact(other, bool(drives))) != written(program)
+    assert plain_program(exact(other, bool(drives))) != plain_program(program)
     searched = exact(dataclasses.replace(arm, name="another"), bool(drives))
     assert program.count.total < searched.count.total
 
@@ -157,28 +157,28 @@ def test_an_entry_of_other_types_is_written_anew(two_link, place, spoilt):
     (entry,) = place.iterdir()
     name = entry.name.removesuffix(".gd.json")
     keep(name, spoilt(*kept(name)))
-    assert written(exact(two_link)) == written(first)
-    assert kept(name) == json.loads(json.dumps(written(first)))
+    assert plain_program(exact(two_link)) == plain_program(first)
+    assert kept(name) == json.loads(json.dumps(plain_program(first)))
 
 
 def test_it_is_written_once_and_the_same_with_and_without(two_link, place):
     first = exact(two_link)
     assert len(list(place.iterdir())) == 1
     with without_cache():
-        assert written(exact(two_link)) == written(first)
+        assert plain_program(exact(two_link)) == plain_program(first)
 
 
 def test_what_is_kept_is_what_is_given(two_link, place):
     """Another program, as right but of more operations, in the place of the shortest."""
     exact(two_link)
     (path,) = place.iterdir()
-    other = written(ExactForm(two_link).recursion)
+    other = plain_program(ExactForm(two_link).recursion)
     keep(path.name.split(".")[0], other)
-    assert written(exact(two_link)) == other
+    assert plain_program(exact(two_link)) == other
 
 
 def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place):
-    right = written(exact(two_link))
+    right = plain_program(exact(two_link))
     (path,) = place.iterdir()
     before, name = path.read_bytes(), path.name.split(".")[0]
     numbers = [(k, j) for k, step in enumerate(right[0]) for j, x in enumerate(step) if isinstance(x, float)]
@@ -192,7 +192,7 @@ def test_a_wrong_entry_is_not_believed_and_written_anew(two_link, place):
         else:
             keep(name, wrong)
         assert path.read_bytes() != before
-        assert written(exact(two_link)) == right
+        assert plain_program(exact(two_link)) == right
         assert path.read_bytes() == before
 
 
@@ -257,7 +257,7 @@ def test_every_way_has_the_value_of_the_terms(case):
     wanted, scale = evaluated(velocities, terms, states)
     programs = {effort: torque_program(velocities, terms, effort) for effort in (ROUGH, COUNTING, THOROUGH)}
     for program in programs.values():
-        assert (np.abs(program.run(inputs_of(states)).T - wanted) <= ROUND_OFF * scale).all()
+        assert (np.abs(program.run(program_inputs(states)).T - wanted) <= ROUND_OFF * scale).all()
     # More effort holds what less effort finds against something else.
     assert programs[THOROUGH].count.total <= min(programs[effort].count.total for effort in (ROUGH, COUNTING))
 

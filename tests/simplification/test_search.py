@@ -21,7 +21,7 @@ from gd_analyze.robots.parts import Drive, LinkUncertainty
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.element import Part, parts_of, torque_by_part
+from gd_analyze.simplification.element import ElementPart, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -118,7 +118,7 @@ def test_the_error_by_elements_is_the_torque_of_what_was_dropped(case):
     assert model.terms.keys() | {*parts} == {*parts_of(arm.n_joints)}
 
 
-def dropped_by(model) -> tuple[Part, ...]:
+def dropped_by(model) -> tuple[ElementPart, ...]:
     return tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
 
 

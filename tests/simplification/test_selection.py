@@ -15,7 +15,14 @@ from gd_analyze.simplification.effects import Effects
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.refit import _Fit, refitted
-from gd_analyze.simplification.selection import USUAL, Choice, Selection, descend, improve, repair
+from gd_analyze.simplification.selection import (
+    USUAL_SELECTION,
+    Selection,
+    TermChoice,
+    descend,
+    improve,
+    repair,
+)
 from strategies import examples, two_link_of
 
 # Errors are sums of at most eleven numbers of some tens: their rounding.
@@ -23,7 +30,7 @@ ROUND_OFF = 1e-13
 
 
 @st.composite
-def choices(draw: st.DrawFn) -> Choice:
+def choices(draw: st.DrawFn) -> TermChoice:
     """Effects some budgets large, on some joints each, costs of random groups, and some error before."""
     count, joints, states = draw(st.integers(1, 8)), draw(st.integers(1, 3)), draw(st.integers(1, 12))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
@@ -38,19 +45,19 @@ def choices(draw: st.DrawFn) -> Choice:
     size = rng.choice([0.3, 1.0, 3.0], count)
     torque = rng.normal(size=(len(term), states)) * size[term, None]
     base = rng.uniform(-0.3, 0.3, (joints, states))
-    return Choice(Effects(count, joints, term, joint, torque), base, costs)
+    return TermChoice(Effects(count, joints, term, joint, torque), base, costs)
 
 
-def cost_of(choice: Choice, selected: np.ndarray) -> int:
+def cost_of(choice: TermChoice, selected: np.ndarray) -> int:
     return sum(price for members, price in choice.costs.items() if any(selected[k] for k in members))
 
 
-def error_of(choice: Choice, selected: np.ndarray) -> float:
+def error_of(choice: TermChoice, selected: np.ndarray) -> float:
     lost = (~np.asarray(selected)[:, None, None] * choice.effects.dense()).sum(axis=0)
     return float(np.abs(choice.base + lost).max())
 
 
-def searched(choice: Choice, stays: np.ndarray, seed: int = 0) -> list[Selection]:
+def searched(choice: TermChoice, stays: np.ndarray, seed: int = 0) -> list[Selection]:
     selection = Selection(choice, np.ones(len(choice), dtype=bool))
     descend(selection, stays)
     return [selection, *improve(selection, stays, seed=seed)]
@@ -92,20 +99,20 @@ def test_terms_that_cost_nothing_return_only_within_the_budget():
     """The first two cancel the third together: without it, they leave an error of 2.4 budgets."""
     torque = np.array([[1.2], [1.2], [-2.4], [5.0]])
     effects = Effects(4, 1, np.arange(4), np.zeros(4, dtype=np.intp), torque)
-    choice = Choice(effects, np.zeros((1, 1)), {frozenset([0, 1, 3]): 2, frozenset([2]): 3})
+    choice = TermChoice(effects, np.zeros((1, 1)), {frozenset([0, 1, 3]): 2, frozenset([2]): 3})
     selection = Selection(choice, np.array([False, False, False, True]))
     for improved in improve(selection, np.array([False, False, False, True])):
         assert improved.largest <= 1.0
 
 
-def drawn(seed: int) -> Choice:
+def drawn(seed: int) -> TermChoice:
     rng = np.random.default_rng(seed)
     count, joints, states = 8, 2, 6
     term, joint = np.nonzero(np.ones((count, joints), dtype=bool))
     torque = rng.normal(size=(len(term), states)) * rng.choice([0.1, 0.3, 1.0], count)[term, None]
     costs = {frozenset([k]): int(rng.integers(1, 4)) for k in range(count)}
     costs[frozenset(rng.choice(count, 3, replace=False).tolist())] = 4
-    return Choice(Effects(count, joints, term, joint, torque), np.zeros((joints, states)), costs)
+    return TermChoice(Effects(count, joints, term, joint, torque), np.zeros((joints, states)), costs)
 
 
 @examples(40)
@@ -118,7 +125,7 @@ def test_a_repair_ends_within_the_budget(choice, bits):
     assert selection.selected[selected].all()
 
 
-def candidates_with(choice: Choice, rng: np.random.Generator) -> Candidates:
+def candidates_with(choice: TermChoice, rng: np.random.Generator) -> Candidates:
     count = len(choice)
     form = ExactForm(two_link_of(1.0, 1.0, 1.0))
     candidates = Candidates(
@@ -170,5 +177,7 @@ def test_more_effort_costs_no_more():
         stays = np.zeros(len(choice), dtype=bool)
         start = Selection(choice, ~stays)
         descend(start, stays)
-        costs = [improve(start.copy(), stays, USUAL.scaled(effort))[0].cost for effort in (0.01, 1.0)]
+        costs = [
+            improve(start.copy(), stays, USUAL_SELECTION.scaled(effort))[0].cost for effort in (0.01, 1.0)
+        ]
         assert costs[1] <= costs[0] <= start.cost

@@ -18,7 +18,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import FACTORS, KINDS, curves, trade_off
+from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS, curves, trade_off
 from made_models import of_shares
 from strategies import examples, motions
 
@@ -30,15 +30,15 @@ def swinging(two_link, swing) -> ExactDynamics:
 
 def test_every_point_is_within_its_budget(swinging):
     points = trade_off(swinging, thorough=False)
-    assert len(points) == len(KINDS) * len(FACTORS)
+    assert len(points) == len(LEVELS_AND_REFITS) * len(BUDGET_FACTORS)
     for point in points:
         assert point.error_share <= 0.01 * point.factor * (1 + 1e-9)
         assert point.budget == str(of_shares(0.01 * point.factor))
         assert point.operations.total <= swinging.form.operations.total
     by_kind = curves(points)
-    assert tuple(by_kind) == KINDS
+    assert tuple(by_kind) == LEVELS_AND_REFITS
     for kind, curve in by_kind.items():
-        assert tuple(point.factor for point in curve) == FACTORS
+        assert tuple(point.factor for point in curve) == BUDGET_FACTORS
         counts = [point.operations.total for point in curve]
         assert counts == sorted(counts, reverse=True) or kind[1]  # a refit is not nested
 
@@ -89,7 +89,7 @@ def test_an_arm_of_too_many_terms_has_points_of_level_fast(swinging, monkeypatch
         assert point.error_share <= 0.2 * point.factor * (1 + 1e-9)
 
 
-@pytest.mark.parametrize(("level", "refit"), KINDS)
+@pytest.mark.parametrize(("level", "refit"), LEVELS_AND_REFITS)
 def test_the_path_leads_through_the_model(two_link, swing, level, refit):
     exact = ExactDynamics.of(two_link, swing)
     model = simplify_exact(exact, ONE_PERCENT, SearchOptions(level, refit))
@@ -99,7 +99,7 @@ def test_the_path_leads_through_the_model(two_link, swing, level, refit):
 @examples(5)
 @given(
     motions(max_joints=3, massive=True),
-    st.sampled_from(KINDS),
+    st.sampled_from(LEVELS_AND_REFITS),
     st.sampled_from([0.001, 0.02, 0.2]),
 )
 @few_tries()

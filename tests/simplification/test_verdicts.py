@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.simplification.element import Part, parts_of
+from gd_analyze.simplification.element import ElementPart, parts_of
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
+from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, operations_by_quantity
 
 
 @pytest.fixture(scope="module")
@@ -67,11 +67,11 @@ def test_operations_are_those_of_d_h_and_c(exact):
         assert text[name] <= every[name]
     # What the three share is computed once.
     assert max(every["D"], every["h"]) < every["D, h and c"] < every["D"] + every["h"] + every["c"]
-    assert operations_by_quantity(exact.form, set[Part]())["D, h and c"] == 0
+    assert operations_by_quantity(exact.form, set[ElementPart]())["D, h and c"] == 0
 
 
 def test_an_arm_that_the_text_does_not_show_is_refused(two_link):
     exact = ExactDynamics.of(two_link, gd.decompose(two_link, "two-link-swing"))
-    assert model_by_verdicts(exact, VERDICTS[0]).terms
+    assert model_by_verdicts(exact, VERDICT_SOURCES[0]).terms
     with pytest.raises(gd.GdAnalyzeError, match="two_link"):
         model_by_verdicts(exact, "text")

@@ -92,9 +92,9 @@ def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def done(monkeypatch) -> list[module.Task]:
+def done(monkeypatch) -> list[module.BatchTask]:
     """Tasks that were done, as they are done."""
-    analysed, tasks = module.analysed, list[module.Task]()
+    analysed, tasks = module.analysed, list[module.BatchTask]()
     monkeypatch.setattr(module, "analysed", lambda task: tasks.append(task) or analysed(task))
     return tasks
 
@@ -250,8 +250,8 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
     log.write_text("time,q1,q2\n" + "".join(f"{k / 4},{k * k / 50},0\n" for k in range(9)))
     row = {"arm": "arm.toml", "trajectory": "log.csv", "at_set_points": True}
 
-    def task() -> module.Task:
-        return module.Task(row, *batch_rows.inputs_of(row, tmp_path), ())
+    def task() -> module.BatchTask:
+        return module.BatchTask(row, *batch_rows.row_inputs(row, tmp_path), ())
 
     travels = task()
     monkeypatch.setattr(batch_rows, "_SMALL", 300)  # the log is smaller, the arm is not
@@ -272,7 +272,7 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
 
 def test_a_fault_of_ours_is_the_row_s(monkeypatch):
     monkeypatch.setattr(module, "find", lambda *words, **more: 1 / 0)
-    _, found, _ = module.analysed(module.Task(ROWS[0], *batch_rows.inputs_of(ROWS[0], Path()), ()))
+    _, found, _ = module.analysed(module.BatchTask(ROWS[0], *batch_rows.row_inputs(ROWS[0], Path()), ()))
     assert found == {"state": "failed", "error": "ZeroDivisionError: division by zero"}
 
 

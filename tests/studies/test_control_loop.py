@@ -20,7 +20,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
-from gd_analyze.studies.control_loop import Dynamics, Loop, accelerations, follow
+from gd_analyze.studies.control_loop import Loop, ProgramDynamics, accelerations, follow
 
 
 def world_of(model, motion, gains, **more) -> World:
@@ -50,7 +50,7 @@ def test_the_plant_is_the_simulation(puma, rng):
     """Two ways to D, h and c: a program's differences here, composite moments there."""
     states = states_in_box(puma, 40, 3)
     torque = rng.normal(size=(40, 6)) * [50.0, 80.0, 40.0, 5.0, 5.0, 5.0]
-    inertia, rest = Dynamics(ExactForm(puma, True).program, 6, 40).at(states.q.T, states.qd.T)
+    inertia, rest = ProgramDynamics(ExactForm(puma, True).program, 6, 40).at(states.q.T, states.qd.T)
     found = np.linalg.solve(inertia, (torque - rest.T)[..., None])[..., 0]
     expected = joint_accelerations(puma, states.q, states.qd, torque, drivetrain=Drivetrain(inertia=True))
     # Torques of 1e2 N m to 1e-14, over the smallest inertia, 0.2 kg m^2; D's condition is below 100.
@@ -163,7 +163,7 @@ def test_controllers_without_an_error_ask_for_what_they_know(swing_world, swing_
         laws.FIXED_GAINS: swing_model.torque(*state),
         laws.WITHOUT_H: exact - h,
         laws.GRAVITY_ONLY: c + constant,
-        laws.NOTHING: constant,
+        laws.WITHOUT_MODEL: constant,
         laws.PD_EXACT: c,
         laws.PD_SIMPLIFIED: swing_model.gravity_loading(swing.q[k]),
         laws.PD_ALONE: np.zeros(2),

@@ -44,7 +44,7 @@ def test_what_is_expected_is_what_is_simulated_and_who_knows_more_tracks_better(
             # Errors of 10 mrad change what is missing by about 1 %.
             assert (peak <= 1.01 * expected).all(), controller.title
             assert (expected <= 1.4 * peak).all(), controller.title
-    order = [peaks[c].max() for c in (EXACT, SIMPLIFIED, WITHOUT_H, laws.GRAVITY_ONLY, laws.NOTHING)]
+    order = [peaks[c].max() for c in (EXACT, SIMPLIFIED, WITHOUT_H, laws.GRAVITY_ONLY, laws.WITHOUT_MODEL)]
     assert sorted(order) == order
 
 

@@ -13,7 +13,7 @@ from gd_analyze.dynamics import many_arms
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.figures.figure import Cells, Words
+from gd_analyze.figures.figure import Cells, FigureWords
 from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.description import describe_in_full, fingerprint
@@ -295,6 +295,6 @@ def test_a_map_that_hardly_varies_is_hardly_shaded_and_has_a_bar_of_its_shades(t
     # The torque varies by 0.3 % of itself at most, a thirtieth of the least range of shades.
     assert np.ptp(shades) <= 0.1
     assert (bar.min(), bar.max()) == (pytest.approx(0.1), pytest.approx(1.0))
-    low, high = (float(item.text) for item in panel.items if isinstance(item, Words))
+    low, high = (float(item.text) for item in panel.items if isinstance(item, FigureWords))
     assert low == pytest.approx(float(grid.peak_torque[..., 0].min()), rel=1e-3)
     assert high == pytest.approx(1.1 * low, rel=1e-2)

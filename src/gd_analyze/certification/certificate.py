@@ -28,7 +28,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import in_python, number, rounded_up
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles.
-EFFORT = 250_000
+POSITIONS_PER_JOINT = 250_000
 # Number of angles for which the effort is meant.
 _ANGLES = 4
 # Factor by which the positions grow with every further angle.
@@ -75,7 +75,7 @@ class Certificate:
     worst_states: tuple[FloatArray, FloatArray, FloatArray]
     # For a tube: bound in every piece, shape (pieces, n); `certified` is its largest. None for a box
     along: FloatArray | None = None
-    effort: int = EFFORT
+    effort: int = POSITIONS_PER_JOINT
 
     @property
     def box(self) -> Box:
@@ -130,7 +130,7 @@ def certify(
     model: SimplifiedModel,
     region: Box | Tube | None = None,
     *,
-    effort: int = EFFORT,
+    effort: int = POSITIONS_PER_JOINT,
     harmonics: Harmonics | None = None,
     limit: FloatArray | None = None,
     tighten: bool = True,
@@ -200,7 +200,7 @@ def expansion_of(model: SimplifiedModel) -> Expansion:
     return expanded(model.program, [not revolute for revolute in model.arm.is_revolute])
 
 
-def usual_effort(model: SimplifiedModel, effort: int = EFFORT) -> int | None:
+def usual_effort(model: SimplifiedModel, effort: int = POSITIONS_PER_JOINT) -> int | None:
     """Effort with which a proof takes seconds: small for very many terms, None for even more.
 
     Raises a ModelError as `certify` does.

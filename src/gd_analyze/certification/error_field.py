@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.harmonics.expansion import velocity_factors
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
@@ -45,7 +45,7 @@ class ErrorField:
 
     box: Box
     polynomial: TrigonometricPolynomial  # F_r(q) max|r| for every factor r
-    motion: Motion
+    motion: MotionFactors
     round_off: float  # largest round-off of evaluating the error at a position of the box
     omitted: float  # largest value of omitted parts: harmonics that cancel, rounding of coefficients
 
@@ -74,8 +74,12 @@ class ErrorField:
         coefficients = np.where(cancelled, 0.0, error.coefficients)
         used = (coefficients != 0.0).any(axis=1)
         error = TrigonometricPolynomial(error.prismatic, error.multiples, coefficients)[used].above(0.0)
-        motion = Motion(box.n_joints, tuple(f for f, is_used in zip(factors, used, strict=True) if is_used))
-        return cls(box, error, motion, round_off_of(error, box), omitted + float(sizes[cancelled].sum()))
+        motion = MotionFactors(
+            box.n_joints, tuple(f for f, is_used in zip(factors, used, strict=True) if is_used)
+        )
+        return cls(
+            box, error, motion, polynomial_round_off(error, box), omitted + float(sizes[cancelled].sum())
+        )
 
     def worst(self, starts: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray]:
         """Largest error found by climbing from positions (n, S), and its state q, qd, qdd, shape (n,).
@@ -93,7 +97,7 @@ class ErrorField:
         return float(error), q, velocities[:, 0] * box.velocity, pushes[:, 0] * box.acceleration
 
 
-def round_off_of(polynomial: TrigonometricPolynomial, box: Box) -> float:
+def polynomial_round_off(polynomial: TrigonometricPolynomial, box: Box) -> float:
     """Largest round-off of the sum of all polynomials' values in a box.
 
     A value is a sum of products with at most `count` roundings in a row, each eps/2 of terms that sum to
@@ -193,7 +197,7 @@ def local_maxima(
 
 
 def _highest_position(
-    polynomial: TrigonometricPolynomial, motion: Motion, box: Box, starts: FloatArray
+    polynomial: TrigonometricPolynomial, motion: MotionFactors, box: Box, starts: FloatArray
 ) -> FloatArray:
     """Climb from every start (n, S); return the position of the largest error reached, shape (n,).
 

@@ -13,12 +13,12 @@ import numpy as np
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import local_maxima
-from gd_analyze.certification.motion import Motion
+from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.tube import Tube
 from gd_analyze.harmonics.expansion import velocity_factors
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Batch
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
@@ -61,7 +61,7 @@ def worst_found(
 
     def share(states: FloatArray, counts: FloatArray) -> FloatArray:
         """Errors over allowed ones at states (3, N, n), shape (n, N); counts (M, n) repeat."""
-        inputs = inputs_of(States(*states))
+        inputs = program_inputs(States(*states))
         torque, exact_torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
         error = torque - exact_torque
         shares = np.abs(error) / allowed[:, None]
@@ -113,7 +113,7 @@ def _climbed(
 
 def largest_at(model: SimplifiedModel, exact: ExactDynamics, states: FloatArray) -> FloatArray:
     """Largest error of every joint at states (3, N, n), N m (N), shape (n,)."""
-    inputs = inputs_of(States(*states))
+    inputs = program_inputs(States(*states))
     return np.asarray(np.abs(model.program.run(inputs) - exact.form.program.run(inputs)).max(axis=1))
 
 
@@ -127,7 +127,7 @@ class BoxErrors:
 
     def __init__(self, model: SimplifiedModel, exact: ExactDynamics, box: Box, allowed: FloatArray) -> None:
         self.box, self.allowed, factors = box, allowed, velocity_factors(box.n_joints)
-        self.motion = Motion(box.n_joints, factors)
+        self.motion = MotionFactors(box.n_joints, factors)
         # Velocities and accelerations of these states as shares of their limits, (2, states, n).
         shares = np.zeros((2, len(factors), box.n_joints))
         for state, (kind, joints) in enumerate(factors):
@@ -144,7 +144,7 @@ class BoxErrors:
 
     def at(self, states: FloatArray) -> FloatArray:
         """Errors at states (3, N, n), shape (n, N)."""
-        inputs = inputs_of(States(*states))
+        inputs = program_inputs(States(*states))
         power = min(states.shape[1], CHUNK).bit_length() - 1
         torque, exact_torque = (batch.over(inputs) for batch in self._batches(power))
         return np.asarray((torque - exact_torque) / self.allowed[:, None])

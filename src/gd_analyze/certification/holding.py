@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import EFFORT, Certificate, certify
+from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
 from gd_analyze.certification.falsification import POSITIONS, TRIED, worst_found, worst_in_box
 from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.program_holding import program_held
@@ -61,7 +61,7 @@ def simplify_held(
     how: SearchOptions = _USUAL,
     *,
     certified: bool = False,
-    effort: int = EFFORT,
+    effort: int = POSITIONS_PER_JOINT,
     provenance: Mapping[str, str] | None = None,
     progress: Callable[[int], None] | None = None,
     stage: Callable[[str], object] = lambda _: None,

@@ -21,7 +21,7 @@ _TURNS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class MotionFactors:
     """The factors r of an error sum_r F_r(q) r.
 
     Methods take values of F_r(q) max|r|; velocities and accelerations are shares of limits, -1 to 1.

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of, expansion_of
-from gd_analyze.certification.error_field import local_maximum, round_off_of
+from gd_analyze.certification.error_field import local_maximum, polynomial_round_off
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import ModelError
@@ -24,7 +24,7 @@ from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomia
 from gd_analyze.simplification.model import SimplifiedModel
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
-EFFORT = 8_000
+POSITIONS = 8_000
 # Most boxes around the pieces of a tube, a few more if it has gaps: each takes 5 ms.
 _MOST_BOXES = 32
 # Shares of the smallest eigenvalue found to try as the shift; the first that can be proven is taken.
@@ -56,7 +56,7 @@ class Definiteness:
 
 
 def certify_positive_definite(
-    model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = EFFORT
+    model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = POSITIONS
 ) -> Definiteness:
     """Bound the smallest eigenvalue of a model's D from below over a box of positions, or along a motion.
 
@@ -157,7 +157,7 @@ class _GriddedInertia:
         gridded = inertia.only(chosen)
         roundings = expansion.round_off(box.farthest, np.zeros(n), np.ones(n))
         left_out = (remainder.sizes(box.farthest).sum(axis=1) + grid.between(gridded, box)).reshape(n, n)
-        left_out += np.maximum(roundings, roundings[:, None]) + round_off_of(inertia, box)
+        left_out += np.maximum(roundings, roundings[:, None]) + polynomial_round_off(inertia, box)
         return cls(box, inertia, gridded, grid, left_out)
 
     @property

@@ -36,7 +36,7 @@ def proof(
     motion: Trajectory | None = None,
     *,
     margin: Margin | str | None = None,
-    effort: int = bounds.EFFORT,
+    effort: int = bounds.POSITIONS_PER_JOINT,
     progress: Callable[[int], None] | None = None,
 ) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
@@ -52,7 +52,7 @@ def proof(
         between = Box.around(motion.q, motion.qd, motion.qdd)
         extremes = certify(model, between, effort=effort, harmonics=harmonics, progress=progress)
     if model.level.has_symmetric_inertia:
-        positions = max(1, effort * positive_definite.EFFORT // bounds.EFFORT)
+        positions = max(1, effort * positive_definite.POSITIONS // bounds.POSITIONS_PER_JOINT)
         definiteness = certify_positive_definite(model, region, effort=positions)
     largest = largest_torque(model, region, harmonics=harmonics)
     accuracy = model.accuracy

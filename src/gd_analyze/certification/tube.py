@@ -18,7 +18,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, named_joints, number
 
-Indices = NDArray[np.intp]
+IndexArray = NDArray[np.intp]
 
 # Most boxes, a second's work: intervals of a long recording share boxes.
 MOST_PIECES = 2048
@@ -189,7 +189,7 @@ class _Path:
         while (motion.n_set_points - 1) / length > _MOST_APART:
             length *= 2
         # First intervals of the groups; index of each in its stretch; whether it is not across a gap.
-        firsts, places, are_known = list[Indices](), list[Indices](), list[NDArray[np.bool_]]()
+        firsts, places, are_known = list[IndexArray](), list[IndexArray](), list[NDArray[np.bool_]]()
         for part in motion.stretches:
             inside = np.arange(part.start, part.stop - 1, length)
             gap = [part.stop - 1] if part.stop < motion.n_set_points else []

@@ -26,7 +26,7 @@ from gd_analyze.cli.sweep import sweep
 from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
-from gd_analyze.simplification.cache import folder
+from gd_analyze.simplification.cache import cache_folder
 
 EPILOG = """\b
 Examples:
@@ -123,7 +123,7 @@ class MainJobGroup(click.Group):
 
 def _show_version(context: click.Context, _: click.Parameter, is_given: bool) -> None:
     if is_given:
-        click.echo(f"gd-analyze {__version__}\ncache {folder() or 'off'}")
+        click.echo(f"gd-analyze {__version__}\ncache {cache_folder() or 'off'}")
         context.exit()
 
 

@@ -15,8 +15,8 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import replacing_together
 from gd_analyze.text import counted
 
-FORMATS = NameList(("svg", "pdf", "png", "csv"), "format")
-EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "coriolis"), "effect")
+FIGURE_FORMATS = NameList(("svg", "pdf", "png", "csv"), "format")
+SHOWN_EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "coriolis"), "effect")
 
 
 @click.command(short_help="Draw the elements of D, h and c by effect, as files.")
@@ -24,13 +24,13 @@ EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "corio
 @options.trajectories()
 @log_options
 @click.option(
-    "--to", type=FORMATS, default="svg", metavar="LIST", help="svg, pdf, png, csv; comma-separated."
+    "--to", type=FIGURE_FORMATS, default="svg", metavar="LIST", help="svg, pdf, png, csv; comma-separated."
 )
 @click.option("--element", "elements", metavar="LABEL", multiple=True, help="D12, h3 or c2; repeatable.")
 @click.option("--x", type=click.Choice(("time", "set-point")), default="time", help="Quantity on the x-axis.")
 @click.option(
     "--effects",
-    type=EFFECTS,
+    type=SHOWN_EFFECTS,
     default="combined,translation,rotation",
     metavar="LIST",
     help="Curves of each element; centrifugal and coriolis are shares of h.",

@@ -18,9 +18,9 @@ from gd_analyze.files import RESULT_FILES, require_one_run
 if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
 
-FORMATS = ("h5", "json", "csv", "html", "pdf")
+RUN_FORMATS = ("h5", "json", "csv", "html", "pdf")
 # What can be rebuilt from analysis.h5.
-MADE_AGAIN = FORMATS[1:]
+MADE_AGAIN = RUN_FORMATS[1:]
 
 
 class MainJobContext(click.Context):
@@ -36,7 +36,7 @@ class MainJobContext(click.Context):
 @robot_given
 @options.trajectories()
 @log_options
-@options.folder("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]", FORMATS)
+@options.folder("Folder for the results.  [default: reports/ROBOT-TRAJECTORY[-OPTIONS]]", RUN_FORMATS)
 @options.named_budget()
 @options.level()
 @options.verdicts

@@ -224,11 +224,11 @@ def trade_off(inputs: Given, budget: str, quick: bool, output: Output) -> None:
     """
     with output.working() as stage:
         from gd_analyze.results.term_results import trade_off_result
-        from gd_analyze.simplification.trade_off import FACTORS, kinds_for
+        from gd_analyze.simplification.trade_off import BUDGET_FACTORS, kinds_for
 
         allowed = gd.Budget.parse(budget)
         exact, _ = inputs.exact()
         kinds = kinds_for(exact.form)
-        stage("simplifying", len(kinds) * len(FACTORS))
+        stage("simplifying", len(kinds) * len(BUDGET_FACTORS))
         points = gd.trade_off(exact, allowed, kinds=kinds, thorough=not quick, progress=stage.advance)
     output.give(trade_off_result(points, kinds, exact, allowed))

@@ -24,7 +24,13 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, apply, cross, outer, rigid_acceleration
 from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, regrouped
-from gd_analyze.dynamics.regrouping import KINDS, Regrouping, carried, moments_of, regroupings
+from gd_analyze.dynamics.regrouping import (
+    PARAMETER_KINDS,
+    Regrouping,
+    moments_of,
+    outer_parameters,
+    regroupings,
+)
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Placement, of_point_mass, second_moment
@@ -200,7 +206,7 @@ class BaseParameters:
     @property
     def original(self) -> tuple[tuple[str, int], ...]:
         """Kind and link of all original parameters: ten per link, and drive inertias if included."""
-        kinds = KINDS if self.drives else KINDS[:-1]
+        kinds = PARAMETER_KINDS if self.drives else PARAMETER_KINDS[:-1]
         return tuple((kind, link) for link in range(1, self.arm.n_joints + 1) for kind in kinds)
 
     @cached_property
@@ -258,21 +264,27 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     frames, (link_kinds, matrix) = _frames(arm, rewritten), _combined(rewritten, regroupings(rewritten))
     effects = _by_effect(arm, frames)
     if not drives:
-        matrix, effects = matrix[[KINDS[kind] != "J" for _, kind in link_kinds], :, :10], effects[..., :10]
-        link_kinds = [(link, kind) for link, kind in link_kinds if KINDS[kind] != "J"]
+        matrix, effects = (
+            matrix[[PARAMETER_KINDS[kind] != "J" for _, kind in link_kinds], :, :10],
+            effects[..., :10],
+        )
+        link_kinds = [(link, kind) for link, kind in link_kinds if PARAMETER_KINDS[kind] != "J"]
     parameters = []
     for (link, kind), row in zip(link_kinds, matrix, strict=True):
         # The naming share comes first, then link by link.
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
-        name = KINDS[kind]
+        name = PARAMETER_KINDS[kind]
         symbol, number = f"{name.upper()}{joined((link,))}", _added(row * effects)
         is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
         unit = "kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2"
         translation, rotation, drive = (_added(row * effect) for effect in effects)
-        shares = tuple(Share(float(row[s, k]), KINDS[k], s + 1) for s, k in order)
+        shares = tuple(Share(float(row[s, k]), PARAMETER_KINDS[k], s + 1) for s, k in order)
         parameter = BaseParameter(symbol, link + 1, name, unit, number, translation, rotation, drive, shares)
         parameters.append(parameter)
-    into = [np.linalg.solve(carried(frame.rotation, frame.translation), _FROM_INERTIA) for frame in frames]
+    into = [
+        np.linalg.solve(outer_parameters(frame.rotation, frame.translation), _FROM_INERTIA)
+        for frame in frames
+    ]
     in_links = np.einsum("ksp,spo->kso", matrix[:, :, :10], np.array(into))
     return BaseParameters(arm, drives, tuple(parameters), frames, in_links)
 
@@ -296,10 +308,10 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
     n = len(arm.links)
     link_kinds: list[tuple[int, int]] = []
     rows: list[FloatArray] = []
-    arriving = np.zeros((len(KINDS), n, len(KINDS)))
+    arriving = np.zeros((len(PARAMETER_KINDS), n, len(PARAMETER_KINDS)))
     for i in reversed(range(n)):
         regrouping, link = passed[i], arm.links[i]
-        arriving[:, i] += np.eye(len(KINDS))
+        arriving[:, i] += np.eye(len(PARAMETER_KINDS))
         link_kinds = [(i, kind) for kind in regrouping.kept] + link_kinds
         lost_rows = arriving[list(regrouping.gone)]
         rows = [
@@ -308,8 +320,8 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
         ] + rows
         body = np.tensordot(regrouping.coefficients[:, :10].T, lost_rows, 1)
         arriving = np.zeros_like(arriving)
-        arriving[:10] = np.tensordot(carried(link.turned(0.0), link.translation), body, 1)
-    matrix = np.array(rows).reshape(-1, n, len(KINDS))
+        arriving[:10] = np.tensordot(outer_parameters(link.turned(0.0), link.translation), body, 1)
+    matrix = np.array(rows).reshape(-1, n, len(PARAMETER_KINDS))
     # Most of them are exactly 0, 1 or -1.
     whole, sizes = np.rint(matrix), np.abs(matrix).max(axis=(1, 2), keepdims=True, initial=0.0)
     return link_kinds, np.where(np.abs(matrix - whole) <= _ROUND_OFF * sizes, whole + 0.0, matrix)
@@ -317,7 +329,7 @@ def _combined(arm: RegroupedArm, passed: tuple[Regrouping, ...]) -> tuple[list[t
 
 def _by_effect(arm: RobotArm, frames: tuple[Placement, ...]) -> FloatArray:
     """Parameters of links in these frames by origin, (3, n, 11): masses, inertias, drives."""
-    out = np.zeros((3, arm.n_joints, len(KINDS)))
+    out = np.zeros((3, arm.n_joints, len(PARAMETER_KINDS)))
     for i, frame in enumerate(frames):
         turned = frame.rotation.T
         com = _rounded(turned @ (arm.com[i] - frame.translation), arm.reach + np.abs(arm.com[i]).max())

@@ -40,7 +40,7 @@ MOST_KEPT = 8192
 _LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 # Reads the rows of ascending numbers, shape (rows, ...).
-Read = Callable[[NDArray[np.intp]], Array]
+ReadRows = Callable[[NDArray[np.intp]], Array]
 
 
 def decompose(
@@ -260,7 +260,7 @@ def _run(
             progress(chunk.stop - done)
 
 
-def torque_program(arm: RobotArm, drives: bool) -> Program:
+def contributions_program(arm: RobotArm, drives: bool) -> Program:
     """The torque as the sum of its contributions, written as a program."""
     names = (*_LEAN, "drive_torque") if drives else _LEAN
     return _program(arm, names, ("torque",))
@@ -374,7 +374,7 @@ class _Rows:
         return self.at(rows)[name]
 
 
-def on_demand(shape: tuple[int, ...], read: Read) -> Any:
+def on_demand(shape: tuple[int, ...], read: ReadRows) -> Any:
     """Values of an xarray variable that are evaluated by rows on access and not kept."""
     from xarray.backends import BackendArray
     from xarray.core import indexing
@@ -390,7 +390,7 @@ def on_demand(shape: tuple[int, ...], read: Read) -> Any:
     return indexing.LazilyIndexedArray(OnDemand())
 
 
-def _chosen(shape: tuple[int, ...], read: Read, key: tuple[Any, ...]) -> Array:
+def _chosen(shape: tuple[int, ...], read: ReadRows, key: tuple[Any, ...]) -> Array:
     chosen, axis_keys = key[0], key[1:]
     rows = np.arange(*chosen.indices(shape[0])) if isinstance(chosen, slice) else np.asarray(chosen)
     rows = np.where(rows < 0, rows + shape[0], rows)

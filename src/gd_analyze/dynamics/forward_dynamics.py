@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, chunks, set_points_last
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.mass_matrix import refusal
+from gd_analyze.dynamics.mass_matrix import not_positive_definite
 from gd_analyze.dynamics.methods import Method, known_method
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.states import checked_states
@@ -73,6 +73,6 @@ def solve_accelerations(
     if not is_regular:
         worst = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
         position, floors = q.reshape(-1, arm.n_joints)[worst], np.full(arm.n_joints, floor)
-        raise refusal(arm, position, inertia[worst], floors, f"set point {first + worst + 1}")
+        raise not_positive_definite(arm, position, inertia[worst], floors, f"set point {first + worst + 1}")
     solution: FloatArray = np.linalg.solve(inertia, accelerating[..., None])
     return solution.reshape(q.shape)

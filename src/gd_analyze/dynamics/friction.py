@@ -88,7 +88,7 @@ def _at_distance(values: FloatArray) -> FloatArray:
     return np.fft.irfft(np.abs(spectrum) ** 2, 2 * _BLOCK)[: _BLOCK // 2]
 
 
-TERMS = ("coulomb", "viscous", "offset")
+FRICTION_TERMS = ("coulomb", "viscous", "offset")
 # Columns of the fits: an offset, the direction, the velocity, the model's torque, the measured one.
 _OFFSET, _DIRECTION, _VELOCITY, _MODEL, _MEASURED = range(5)
 _OF_TERM = (_DIRECTION, _VELOCITY, _OFFSET)

@@ -29,7 +29,7 @@ def require_positive_definite(arm: RobotArm, states: States, drives: bool) -> No
         except np.linalg.LinAlgError:
             row = int(np.linalg.eigvalsh(inertia)[:, 0].argmin())
             where = f"set point {chunk.start + row + 1} of {states.in_words}"
-            raise refusal(arm, states.q[chunk][row], inertia[row], floor, where) from None
+            raise not_positive_definite(arm, states.q[chunk][row], inertia[row], floor, where) from None
 
 
 def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
@@ -59,7 +59,9 @@ def _round_off(arm: RobotArm, farthest: FloatArray) -> FloatArray:
     return out
 
 
-def refusal(arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str) -> ArmError:
+def not_positive_definite(
+    arm: RobotArm, q: FloatArray, inertia: FloatArray, floor: FloatArray, where: str
+) -> ArmError:
     """Error for a D that is not positive definite at q: smallest eigenvalue, and faulty link or joint."""
     values, vectors = np.linalg.eigh(inertia)
     place = ", ".join(f"{x:.4g}" for x in q)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Enough to cover every region of a long trajectory, few enough to take milliseconds.
 MOST_SET_POINTS = 500
 
-QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
+COMPARED_QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 
 
 @dataclass(frozen=True)
@@ -120,14 +120,14 @@ def pinocchio_dynamics(
 
     model = pinocchio_model(arm)
     data = model.createData()
-    quantities: dict[str, list[FloatArray]] = {name: [] for name in QUANTITIES}
+    quantities: dict[str, list[FloatArray]] = {name: [] for name in COMPARED_QUANTITIES}
     for position, velocity, acceleration in zip(*map(np.ascontiguousarray, (q, qd, qdd)), strict=True):
         upper = np.triu(pin.crba(model, data, position))
         gravity = pin.computeGeneralizedGravity(model, data, position).copy()
         steady = pin.rnea(model, data, position, velocity, np.zeros(arm.n_joints)).copy()
         torque = pin.rnea(model, data, position, velocity, acceleration).copy()
         state = (upper + np.triu(upper, 1).T, steady - gravity, gravity, torque)
-        for name, value in zip(QUANTITIES, state, strict=True):
+        for name, value in zip(COMPARED_QUANTITIES, state, strict=True):
             quantities[name].append(value)
     return {name: np.array(values) for name, values in quantities.items()}
 

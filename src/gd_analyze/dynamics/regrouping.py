@@ -26,17 +26,17 @@ from gd_analyze.arrays import FloatArray, homogeneous, skew
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink
 
 # A link's mass, its first and second moments, and its drive's inertia.
-KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")
+PARAMETER_KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pzz", "J")
 # Places of the ten in the 4x4 matrix of moments.
-_ENTRIES = tuple(tuple("xyz".find(axis) % 4 for axis in f"{kind[1:]:m<2}") for kind in KINDS[:-1])
+_ENTRIES = tuple(tuple("xyz".find(axis) % 4 for axis in f"{kind[1:]:m<2}") for kind in PARAMETER_KINDS[:-1])
 # Directions larger than this share are not round-off: their relative error, eps over it, is smaller again.
 # Lengths are in units of the arm's, which gives shares a meaning.
 _STANDS_OUT = 1e-7
 # A drive's inertia is added to its link if possible, so that it may be omitted; then the first kind leaves
 # whose pivot is at least this share of the largest: solving for it loses at most a digit.
-_DRIVE = KINDS.index("J")
+_DRIVE = PARAMETER_KINDS.index("J")
 _LEAVES_FIRST = tuple(
-    KINDS.index(kind) for kind in ("m", "mz", "Pzz", "Pxz", "Pyz", "Pxy", "Pyy", "my", "mx", "Pxx")
+    PARAMETER_KINDS.index(kind) for kind in ("m", "mz", "Pzz", "Pxz", "Pyz", "Pxy", "Pyy", "my", "mx", "Pxx")
 )
 _AS_GOOD = 0.1
 
@@ -53,7 +53,7 @@ class Regrouping:
     @property
     def kept(self) -> tuple[int, ...]:
         """Kinds of `KINDS` that stay: the link's base parameters."""
-        return tuple(kind for kind in range(len(KINDS)) if kind not in self.gone)
+        return tuple(kind for kind in range(len(PARAMETER_KINDS)) if kind not in self.gone)
 
 
 def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
@@ -90,7 +90,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
     return tuple(out)
 
 
-def carried(rotation: FloatArray, translation: FloatArray) -> FloatArray:
+def outer_parameters(rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """Matrix (10, 10) from the ten parameters in a frame, placed by this, to those in the outer frame."""
     place = homogeneous(rotation, translation)
     return np.column_stack([moments_of(place @ body @ place.T) for body in _BODIES])
@@ -104,7 +104,7 @@ def moments_of(body: FloatArray) -> FloatArray:
 _BODIES = np.zeros((10, 4, 4))
 for _k, _entry in enumerate(_ENTRIES):
     _BODIES[(_k, *_entry)] = _BODIES[(_k, *_entry[::-1])] = 1.0
-_LENGTHS = tuple(len(kind) - 1 for kind in KINDS[:-1])
+_LENGTHS = tuple(len(kind) - 1 for kind in PARAMETER_KINDS[:-1])
 
 
 def _motion(angular: FloatArray, linear: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ class Integration:
         return f"{self.method}, {self.integrator}, rtol {self.rtol:g}, atol {self.atol:g}"
 
 
-USUAL = Integration()
+USUAL_INTEGRATION = Integration()
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ def simulate(
     qd0: ArrayLike,
     duration: float,
     drivetrain: Drivetrain = NO_DRIVES,
-    integration: Integration = USUAL,
+    integration: Integration = USUAL_INTEGRATION,
 ) -> Simulation:
     """Simulate the motion that torques cause from q0 and qd0, (n,); limits are ignored.
 

@@ -16,7 +16,7 @@ from gd_analyze.exporting.language import Body, Language
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.trace import Expression, Trace, reached
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.text import number, rounded_up
 
 # Angles processed at once: whole vectors of processors.
@@ -237,7 +237,7 @@ def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
 
 def single_precision_errors(program: Program, states: States) -> FloatArray:
     """Largest difference of the torque between single and double precision, N m or N, shape (n,)."""
-    inputs = inputs_of(states)
+    inputs = program_inputs(states)
     single = {name: values.astype(np.float32) for name, values in inputs.items()}
     value = program.carried_out(single.__getitem__, lambda operation, *x: UFUNCS[operation](*x))
     exact = program.run(inputs)

@@ -11,7 +11,7 @@ from gd_analyze.exporting.header import proven_rows, sampled_rows
 from gd_analyze.exporting.language import Language
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.formulas.languages import Latex as Printer
+from gd_analyze.formulas.languages import LatexPrinter as Printer
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.simplification.exact import ExactForm

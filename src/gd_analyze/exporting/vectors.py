@@ -13,7 +13,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.exporting.export_input import PAYLOAD_SIZE, ExportInput, Function
 from gd_analyze.exporting.language import Language, environment
 from gd_analyze.motions.states import states_in_box
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 
 # Number of states within the arm's limits; tolerance as a share of a function's largest value: libraries
 # round differently, but a change of any coefficient by a thousandth shows.
@@ -83,7 +83,7 @@ def _values(subject: ExportInput) -> list[dict[str, Any]]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
         states = states_in_box(subject.arm, _STATES, seed=1)
-    inputs = inputs_of(states)
+    inputs = program_inputs(states)
     payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_STATES, PAYLOAD_SIZE))
     inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
     inputs |= {f"payload{i + 1}": row for i, row in enumerate(payloads.T)}

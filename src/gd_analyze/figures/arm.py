@@ -11,13 +11,13 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, evenly, set_points_last
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.figures.figure import (
-    WIDTH,
+    FIGURE_WIDTH,
     Axis,
     Curve,
     Figure,
+    FigureWords,
     Item,
     Panel,
-    Words,
     broken,
     tick_label,
     ticks,
@@ -32,7 +32,7 @@ _MOST_PLACES = 600
 MOST_FRAMES = 240
 # Width and height of the oblique view, and of a view along an axis, pt.
 _OBLIQUE = (212.0, 172.0)
-_PLAIN = (WIDTH / 2, 130.0)
+_PLAIN = (FIGURE_WIDTH / 2, 130.0)
 # Torques this far below the largest are round-off of sums that cancel.
 _ROUND_OFF = 1e-14
 
@@ -81,7 +81,7 @@ def arm_figure(run: Run) -> Figure:
         up = -11.0 if (k == 0) == is_upward and not is_closed else 5.0
         items.append(_words(view, at, name, up, bold=True))
     items += [*_axis_names(view, frame, moved[0, 0], 0.8 * step)]
-    items.append(Words(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
+    items.append(FigureWords(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
     panel = Panel("arm", "", x, y, tuple(items), is_bare=True, margins=(8.0, 16.0, 8.0, 12.0))
     title = "The arm along the trajectory: poses, and the path of its end effector"
     return Figure(title, ((panel,),), *_OBLIQUE)
@@ -195,10 +195,10 @@ def _spatial(view: View, points: FloatArray, colour: str, width: float, **more: 
     return Curve(x, y, colour, width, space=points, **more)
 
 
-def _words(view: View, at: FloatArray, name: str, up: float, **more: Any) -> Words:
+def _words(view: View, at: FloatArray, name: str, up: float, **more: Any) -> FigureWords:
     """A name at a point in the upright frame."""
     u, v = view.project(at).tolist()
-    return Words(u, v, name, "ink", "middle", 7.0, up=up, space=tuple(at.tolist()), **more)
+    return FigureWords(u, v, name, "ink", "middle", 7.0, up=up, space=tuple(at.tolist()), **more)
 
 
 def _poses(view: View, moved: FloatArray) -> Iterator[Curve]:

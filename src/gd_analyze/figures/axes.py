@@ -13,7 +13,7 @@ from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
-from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, Panel, Words
+from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, FigureWords, Panel
 from gd_analyze.figures.run import Run
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 
@@ -206,7 +206,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         if isinstance(item, Area):
             look = {"facecolor": colour, "lw": 0, **_hatched(item.hatching)}
             axes.fill_between(item.x, item.near, item.far, label=item.label, zorder=order, **look)
-        elif isinstance(item, Words):
+        elif isinstance(item, FigureWords):
             axes.annotate(
                 item.text,
                 (item.x, item.y),

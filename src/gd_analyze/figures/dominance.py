@@ -12,15 +12,15 @@ from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
 from gd_analyze.figures.figure import (
+    FIGURE_WIDTH,
     HATCHING,
     ON_PAPER,
-    WIDTH,
     Axis,
     Cells,
     Figure,
-    Key,
+    FigureWords,
+    LegendKey,
     Panel,
-    Words,
     time_axis,
 )
 from gd_analyze.figures.run import Run
@@ -39,10 +39,10 @@ _PITCH = 9.5
 _ROOM = 165.0
 _LEGEND = (
     *(
-        Key(name, name, "area", hatching=HATCHING.get(name, ""))
+        LegendKey(name, name, "area", hatching=HATCHING.get(name, ""))
         for name in ("translation", "rotation", "both", "drive")
     ),
-    Key("fuller colour: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
+    LegendKey("fuller colour: torque above 1, 3, 10 % of the joint's peak", "soft", "area"),
 )
 
 
@@ -87,10 +87,10 @@ def dominance_figure(run: Run) -> Figure:
     x = time_axis(time)
     panel = Panel("dominance", "", x, y, (cells, *_beside(run, labels, x.high)), margins=_MARGINS)
     height = min(rows * _PITCH, _ROOM) + _MARGINS[1] + _MARGINS[3]
-    return Figure("Verdict on each element over time", ((panel,),), WIDTH, height, _LEGEND)
+    return Figure("Verdict on each element over time", ((panel,),), FIGURE_WIDTH, height, _LEGEND)
 
 
-def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
+def _beside(run: Run, labels: list[str], end: float) -> list[FigureWords]:
     """Verdict over the motion, and the largest torques of links and drive, by element."""
     ranking = run.dominance.sel(element=labels)
     units = ranking.torque_unit.values.tolist()
@@ -100,10 +100,10 @@ def _beside(run: Run, labels: list[str], end: float) -> list[Words]:
         columns[head] = [(pretty(amount(peak, unit)) if peak else "", "") for peak, unit in peaks]
     out = []
     for right, (head, cells) in zip((6.0, 34.0, 75.0), columns.items(), strict=True):
-        out.append(Words(end, 0.0, head, right=right, up=3.0))
+        out.append(FigureWords(end, 0.0, head, right=right, up=3.0))
         for row, (text, verdict) in enumerate(cells):
             colour = f"{verdict}-text" if f"{verdict}-text" in ON_PAPER else "ink"
-            out.append(Words(end, row + 0.75, text, colour, right=right))
+            out.append(FigureWords(end, row + 0.75, text, colour, right=right))
     return out
 
 

@@ -15,12 +15,12 @@ from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.figure import (
     COLOURS,
-    WIDTH,
+    FIGURE_WIDTH,
     Axis,
     Curve,
     Figure,
     Item,
-    Key,
+    LegendKey,
     Marker,
     Panel,
     in_columns,
@@ -57,9 +57,9 @@ _MARKS: dict[str, tuple[Marker, float, int]] = {
     "rotation": ("diamond", 2.9, 3),
 }
 _LEGEND = (
-    Key("translation", "translation", marker="circle"),
-    Key("rotation", "rotation", dashes=_LOOKS["rotation"][1], marker="diamond"),
-    Key("both together", "combined"),
+    LegendKey("translation", "translation", marker="circle"),
+    LegendKey("rotation", "rotation", dashes=_LOOKS["rotation"][1], marker="diamond"),
+    LegendKey("both together", "combined"),
 )
 _SUBSCRIPTS = str.maketrans("0123456789,", "₀₁₂₃₄₅₆₇₈₉ ")
 
@@ -103,15 +103,15 @@ MARKED = 50
 _ONE_ROW = 7
 # Height of all panels of D and h, pt: a page without its captions and legends.
 _ROOM = 600.0
-USUAL = Look()
+USUAL_LOOK = Look()
 
 
-def inertia_figure(run: Run, look: Look = USUAL) -> Figure:
+def inertia_figure(run: Run, look: Look = USUAL_LOOK) -> Figure:
     """Elements of D by effect, row by row of the upper triangle; [FGL87] Fig. 3.10."""
     return _in_rows(run, "Mass matrix by effect", look.chosen(run, "inertia"), look)
 
 
-def vector_figure(run: Run, quantity: str, look: Look = USUAL) -> Figure:
+def vector_figure(run: Run, quantity: str, look: Look = USUAL_LOOK) -> Figure:
     """Elements of a vector, "coriolis_centrifugal" ([FGL87] Fig. 3.11) or "gravity_loading"."""
     words = {"coriolis_centrifugal": "Coriolis and centrifugal vector by effect"}
     return _in_rows(run, words.get(quantity, "Gravity loading vector"), look.chosen(run, quantity), look)
@@ -124,12 +124,12 @@ def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Fig
     of_vector = n if n <= _ONE_ROW else most
     rows = -(-n * (n + 1) // 2 // most) + -(-n // of_vector)
     columns = min(len(chosen), most if chosen[0].quantity == "inertia" else of_vector)
-    panels = [_panel(run, element, WIDTH / columns, look) for element in chosen]
+    panels = [_panel(run, element, FIGURE_WIDTH / columns, look) for element in chosen]
     legend = _legend(look) if chosen[0].quantity != "gravity_loading" else ()
     return in_columns(label, panels, columns, min(_ROOM / rows, 110.0), legend)
 
 
-def _legend(look: Look) -> tuple[Key, ...]:
+def _legend(look: Look) -> tuple[LegendKey, ...]:
     return tuple(key for key in _LEGEND if key.colour in look.effects and key.colour not in look.hidden)
 
 

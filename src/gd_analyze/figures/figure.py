@@ -28,7 +28,7 @@ COLOURS: dict[str, list[str]] = json.loads(
 )
 ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 # Width of the type area of a page, pt.
-WIDTH = 493.0
+FIGURE_WIDTH = 493.0
 
 # Hatching of what makes a torque; translation has none.
 HATCHING = {"rotation": "/", "both": "/\\", "velocity": "\\", "gravity": "|", "drive": "-", "drives": "-"}
@@ -86,7 +86,7 @@ class Cells:
 
 
 @dataclass(frozen=True)
-class Words:
+class FigureWords:
     """Text at a point of a panel, moved by some pt to the right and up."""
 
     x: float
@@ -102,7 +102,7 @@ class Words:
     space: tuple[float, float, float] | None = None
 
 
-Item = Curve | Area | Cells | Words
+Item = Curve | Area | Cells | FigureWords
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Key:
+class LegendKey:
     """Entry of a legend: look and meaning."""
 
     label: str
@@ -168,7 +168,7 @@ class Figure:
     rows: tuple[tuple[Panel | None, ...], ...]  # panels by row
     width: float  # of a panel with its margins, pt
     height: float
-    legend: tuple[Key, ...] = ()  # above the panels
+    legend: tuple[LegendKey, ...] = ()  # above the panels
 
     @property
     def places(self) -> list[tuple[int, int, Panel]]:
@@ -188,11 +188,11 @@ class Figure:
 
 
 def in_columns(
-    label: str, panels: Sequence[Panel], columns: int, height: float, legend: tuple[Key, ...] = ()
+    label: str, panels: Sequence[Panel], columns: int, height: float, legend: tuple[LegendKey, ...] = ()
 ) -> Figure:
     """Arrange panels row by row over the width of a page, none wider than a third of it unless few."""
     rows = tuple(tuple(panels[k : k + columns]) for k in range(0, len(panels), columns))
-    return Figure(label, rows, WIDTH / columns, height, legend)
+    return Figure(label, rows, FIGURE_WIDTH / columns, height, legend)
 
 
 def value_axis(unit: str, *curves: FloatArray, floor: float = 0.0, most: int = 4, zero: bool = True) -> Axis:
@@ -300,7 +300,7 @@ def over_time(
     return Curve(broken(time, gaps), broken(values, gaps), colour, width, **more)
 
 
-def joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
+def short_joint_label(joints: Sequence[Joint], i: int, room: float, size: float = 7.0) -> str:
     """Number and short name of a joint, from 0; if too long for the width, pt, its distinctive end."""
     names = short_names([joint.name for joint in joints])
     name, most = names[i], max(int(room / (0.5 * size)) - 2, 3)
@@ -319,11 +319,11 @@ def ends_named(
     places = [top * float(np.clip(y.place(np.array(value)), 0.0, 1.0)) for value, *_ in ends]
     named = sorted((place, *end[1:]) for place, end in zip(places, ends, strict=True))
     words = [
-        Words(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
+        FigureWords(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
         for up, (_, name, colour) in zip(apart([place for place, *_ in named], top), named, strict=True)
     ]
-    words.append(Words(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
-    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), WIDTH, height)
+    words.append(FigureWords(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
+    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), FIGURE_WIDTH, height)
 
 
 def apart(ordered: Sequence[float], top: float, pitch: float = 9.0) -> list[float]:

@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.friction import TERMS
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.figures.figure import (
+    FIGURE_WIDTH,
     HATCHING,
-    WIDTH,
     Area,
     Curve,
     Figure,
     Item,
-    Key,
+    LegendKey,
     Panel,
     broken,
     in_columns,
-    joint_label,
     over_time,
+    short_joint_label,
     time_axis,
     value_axis,
 )
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Contributions to torque, in stacking order.
-CONTRIBUTIONS = {
+CONTRIBUTION_LABELS = {
     "gravity": "gravity",
     "translation": "inertia by translation",
     "rotation": "inertia by rotation",
@@ -58,15 +58,15 @@ def motion_figure(run: Run) -> Figure:
     """Position, velocity and acceleration of every joint; a row per joint."""
     motion, axis, rows = run.trajectory, time_axis(run.trajectory.time), []
     for i, joint in enumerate(run.arm.joints):
-        name = joint_label(run.arm.joints, i, 90.0)
+        name = short_joint_label(run.arm.joints, i, 90.0)
         panels = []
         for quantity, letter in (("q", "q"), ("qd", "q̇"), ("qdd", "q̈")):
-            values = degrees(getattr(motion, quantity)[:, i], joint)
+            values = in_degrees(getattr(motion, quantity)[:, i], joint)
             y = value_axis(motion_unit(joint, quantity), values, most=3, zero=quantity != "q")
             curve = over_time(motion.time, values, motion.gaps, label=letter)
             panels.append(Panel(f"{quantity}{i + 1}", f"{name}: {letter}", axis, y, (curve,)))
         rows.append(tuple(panels))
-    return Figure("Motion of every joint", tuple(rows), WIDTH / 3, min(240.0 / run.arm.n_joints, 86.0))
+    return Figure("Motion of every joint", tuple(rows), FIGURE_WIDTH / 3, min(240.0 / run.arm.n_joints, 86.0))
 
 
 def recording_figure(run: Run) -> Figure:
@@ -74,21 +74,21 @@ def recording_figure(run: Run) -> Figure:
     motion, axis, rows = run.trajectory, time_axis(run.trajectory.time), []
     for i, joint in enumerate(run.arm.joints):
         near, unit = most_accelerated(run, i), motion_unit(joint, "q")
-        read = degrees(run.tables["recording"].q_read.values[:, i], joint)
-        smooth = degrees(motion.q[:, i], joint)
+        read = in_degrees(run.tables["recording"].q_read.values[:, i], joint)
+        smooth = in_degrees(motion.q[:, i], joint)
         curves = (
             over_time(motion.time, read, motion.gaps, "combined", 2.6, label="readings"),
             over_time(motion.time, smooth, motion.gaps, "accent", 0.9, label="smoothed"),
         )
-        name, y = joint_label(run.arm.joints, i, 190.0), value_axis(unit, read, most=3, zero=False)
+        name, y = short_joint_label(run.arm.joints, i, 190.0), value_axis(unit, read, most=3, zero=False)
         reading_panel = Panel(f"reading{i + 1}", name, axis, y, curves)
         time, difference = motion.time[near], (read - smooth)[near]
         residue = (Curve(time, difference, "combined", 0.7, label="readings − smoothed"),)
         name, y = f"{i + 1} readings − smoothed", value_axis(unit, difference, most=3)
         rows.append((reading_panel, Panel(f"residue{i + 1}", name, time_axis(time), y, residue)))
-    legend = (Key("readings", "combined"), Key("smoothed", "accent"))
+    legend = (LegendKey("readings", "combined"), LegendKey("smoothed", "accent"))
     height = min(270.0 / run.arm.n_joints, 84.0)
-    return Figure("Readings and smoothed motion", tuple(rows), WIDTH / 2, height, legend)
+    return Figure("Readings and smoothed motion", tuple(rows), FIGURE_WIDTH / 2, height, legend)
 
 
 def most_accelerated(run: Run, joint: int) -> np.ndarray:
@@ -102,7 +102,7 @@ def most_accelerated(run: Run, joint: int) -> np.ndarray:
     return np.arange(max(first, stretch.start), min(last, stretch.stop))
 
 
-def degrees(values: FloatArray, joint: Joint) -> FloatArray:
+def in_degrees(values: FloatArray, joint: Joint) -> FloatArray:
     """Angles in degrees; lengths unchanged."""
     return np.degrees(values) if joint.kind == "revolute" else values
 
@@ -118,14 +118,14 @@ def contributions_figure(run: Run) -> Figure:
     parts, n = Contributions.of(run), run.arm.n_joints
     columns = {1: 1, 2: 2, 4: 2}.get(n, 3 if n <= 6 else 4)
     height = max(min(_ROOM / -(-n // columns), 140.0), 60.0)
-    panels = [_stacked(run, parts, i, WIDTH / columns) for i in range(n)]
+    panels = [_stacked(run, parts, i, FIGURE_WIDTH / columns) for i in range(n)]
     keys = [
-        Key(CONTRIBUTIONS[name], f"area-{name}", "area", hatching=HATCHING.get(name, ""))
+        LegendKey(CONTRIBUTION_LABELS[name], f"area-{name}", "area", hatching=HATCHING.get(name, ""))
         for name in parts.parts
     ]
-    keys.append(Key("torque, their sum", "ink"))
+    keys.append(LegendKey("torque, their sum", "ink"))
     if any(isinstance(item, Curve) and item.colour == "warn" for panel in panels for item in panel.items):
-        keys.append(Key("torque limit", "warn", dashes=(4.0, 2.0)))
+        keys.append(LegendKey("torque limit", "warn", dashes=(4.0, 2.0)))
     return in_columns("Torque by contribution", panels, columns, height, tuple(keys))
 
 
@@ -146,13 +146,15 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
     for pile in piles if size > noise else ():
         for name, pair in pile.items():
             near, far = (np.broadcast_to(broken(edge, gaps), time.shape) for edge in pair)
-            items.append(Area(time, near, far, f"area-{name}", CONTRIBUTIONS[name], HATCHING.get(name, "")))
+            items.append(
+                Area(time, near, far, f"area-{name}", CONTRIBUTION_LABELS[name], HATCHING.get(name, ""))
+            )
     total = np.broadcast_to(broken(parts.total[:, i], gaps), time.shape)
     items.append(Curve(time, total, "ink", 1.2, label="torque"))
     ends = np.array([x.low, x.high])
     items += [Curve(ends, np.full(2, value), "warn", 0.9, (4.0, 2.0)) for value in limits]
     limited = f"limit {pretty(amount(limit, joint.effort_unit))}" if np.isfinite(limit) else ""
-    title = joint_label(run.arm.joints, i, width - 34.0 - 3.0 * len(limited) - 4.0 * len(y.unit))
+    title = short_joint_label(run.arm.joints, i, width - 34.0 - 3.0 * len(limited) - 4.0 * len(y.unit))
     return Panel(f"pile{i + 1}", title, x, y, tuple(items), limited)
 
 
@@ -237,7 +239,7 @@ def error_figure(run: Run) -> Figure:
         unit = joint.effort_unit
         torques = value_axis(unit, exact, simplified, floor=noise)
         errors = value_axis(unit, error, proven, -proven, np.array([-allowed, allowed]), floor=noise)
-        name = joint_label(run.arm.joints, i, 190.0)
+        name = short_joint_label(run.arm.joints, i, 190.0)
         allowed_text = f"allowed ±{pretty(amount(allowed, unit))}"
         rows.append(
             (
@@ -246,13 +248,13 @@ def error_figure(run: Run) -> Figure:
             )
         )
     legend = (
-        Key("exact", "combined"),
-        Key("simplified; error", "accent"),
-        Key("allowed", "accent-wash", "area"),
-        *([Key("proven near the motion", "inertia")] if is_proven else []),
+        LegendKey("exact", "combined"),
+        LegendKey("simplified; error", "accent"),
+        LegendKey("allowed", "accent-wash", "area"),
+        *([LegendKey("proven near the motion", "inertia")] if is_proven else []),
     )
     height = min(252.0 / run.arm.n_joints, 110.0)
-    return Figure("Torque and error of every joint", tuple(rows), WIDTH / 2, height, legend)
+    return Figure("Torque and error of every joint", tuple(rows), FIGURE_WIDTH / 2, height, legend)
 
 
 def measured_figure(run: Run) -> Figure:
@@ -273,25 +275,25 @@ def measured_figure(run: Run) -> Figure:
         ]
         right = [line(measured - exact, colour="combined", width=1.2, label="measured − exact")]
         if is_fitted:
-            coulomb, viscous, offset = (np.nan_to_num(float(of_joint[name])) for name in TERMS)
+            coulomb, viscous, offset = (np.nan_to_num(float(of_joint[name])) for name in FRICTION_TERMS)
             velocity = run.trajectory.qd[points, i]
             friction = coulomb * np.sign(velocity) + viscous * velocity + offset
             left.append(line(exact + friction, colour="rotation", width=0.8, label="exact and friction"))
             right.append(line(friction, colour="rotation", width=0.9, label="friction and offset"))
         joint = run.arm.joints[i]
         y = [value_axis(joint.effort_unit, *(item.y for item in side)) for side in (left, right)]
-        name = joint_label(run.arm.joints, i, 190.0)
+        name = short_joint_label(run.arm.joints, i, 190.0)
         rows.append(
             (
                 Panel(f"measured{i + 1}", name, x, y[0], tuple(left)),
                 Panel(f"difference{i + 1}", f"{i + 1} measured − exact", x, y[1], tuple(right)),
             )
         )
-    legend = [Key("as read", "line"), Key("measured", "combined"), Key("exact", "accent")]
+    legend = [LegendKey("as read", "line"), LegendKey("measured", "combined"), LegendKey("exact", "accent")]
     if is_fitted and joints:
-        legend.append(Key("with friction; friction and offset", "rotation"))
+        legend.append(LegendKey("with friction; friction and offset", "rotation"))
     height = min(252.0 / max(len(joints), 1), 92.0)
-    return Figure("Measured and exact torque", tuple(rows), WIDTH / 2, height, tuple(legend))
+    return Figure("Measured and exact torque", tuple(rows), FIGURE_WIDTH / 2, height, tuple(legend))
 
 
 def measured_joints(run: Run) -> list[int]:

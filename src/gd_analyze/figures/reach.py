@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.figures.figure import (
-    WIDTH,
+    FIGURE_WIDTH,
     Axis,
     Curve,
     Figure,
+    FigureWords,
     Item,
     Panel,
-    Words,
     decades_axis,
-    joint_label,
+    short_joint_label,
 )
 from gd_analyze.figures.run import Run
 from gd_analyze.text import number
@@ -38,7 +38,7 @@ def reach_figure(run: Run) -> Figure:
     positive = all_ratios[np.isfinite(all_ratios) & (all_ratios > 0)]
     low, high = max(positive.min(), 1e-3) / 1.3, min(positive.max(), 1e5) * 1.3
     n = arm.n_joints
-    names = tuple(joint_label(arm.joints, i, 80.0) for i in range(n))
+    names = tuple(short_joint_label(arm.joints, i, 80.0) for i in range(n))
     y = Axis(-n - 0.5, -0.5, tuple(-float(i) for i in range(1, n + 1)), names=names, grid=True)
     items: list[Item] = [Curve(np.ones(2), np.array([y.low, y.high]), "ink", 1.0)]
     margins, right = (84.0, 30.0, 12.0, 6.0), -84.0
@@ -50,10 +50,10 @@ def reach_figure(run: Run) -> Figure:
             at = np.clip(finite_ratios, low, high), -np.arange(1.0, n + 1)[is_finite]
             items.append(Curve(*at, colour, 0.0, marker=marker, size=5.0, tips=tips))
             key = f"{_SIGNS[marker]} {label}"
-            items.append(Words(low, y.low, key, colour, size=7.0, right=right, up=-24.0))
+            items.append(FigureWords(low, y.low, key, colour, size=7.0, right=right, up=-24.0))
             right += 3.8 * len(key) + 11.0
     panel = Panel("reach", "", decades_axis(low, high, "×"), y, tuple(items), margins=margins)
-    return Figure("Errors as multiples of the allowed error", ((panel,),), WIDTH, 40.0 + 17.0 * n)
+    return Figure("Errors as multiples of the allowed error", ((panel,),), FIGURE_WIDTH, 40.0 + 17.0 * n)
 
 
 _SIGNS = {"circle": "●", "triangle": "▲", "square": "■", "diamond": "◆", "cross": "×"}

@@ -21,11 +21,11 @@ from gd_analyze.figures.figure import (
     Axis,
     Curve,
     Figure,
+    FigureWords,
     Item,
-    Key,
+    LegendKey,
     Panel,
-    Words,
-    joint_label,
+    short_joint_label,
 )
 from gd_analyze.figures.joints import torque_by_cause
 from gd_analyze.figures.run import Run
@@ -106,13 +106,13 @@ def matrix_figure(run: Run) -> Figure:
     drives = ("drives",) if "drive_torque" in run.decomposition else ()
     legend = tuple(_key(name) for name in ("translation", "rotation", "gravity", *drives))
     if any(cell.verdict == "negligible" for cell in by_label.values()):
-        legend += (Key("negligible", "grid", "area"),)
+        legend += (LegendKey("negligible", "grid", "area"),)
     label = "Elements of D, h and c by their share of the joint's peak torque"
     return Figure(label, tuple(map(tuple, rows)), side, side, legend)
 
 
-def _key(name: str) -> Key:
-    return Key(name, _PARTS[name][0], "area", hatching=HATCHING.get(name, ""))
+def _key(name: str) -> LegendKey:
+    return LegendKey(name, _PARTS[name][0], "area", hatching=HATCHING.get(name, ""))
 
 
 def _cell(cell: Cell, side: float) -> Panel:
@@ -136,13 +136,13 @@ def _cell(cell: Cell, side: float) -> Panel:
             left = right
     colour = "soft" if is_grey else "ink"
     top = side - edge - 1.05 * size
-    items.append(Words(edge + 1.5, top, subscripted(cell.label), colour, size=size, bold=not is_grey))
+    items.append(FigureWords(edge + 1.5, top, subscripted(cell.label), colour, size=size, bold=not is_grey))
     if cell.verdict == "zero":
-        items.append(Words(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
+        items.append(FigureWords(side / 2, side / 2 - 0.7 * size, "0", colour, "middle", size))
     elif side > 26.0 and not is_grey:
         arrow, small = ("↓", 0.72 * size) if cell.crosses else ("", 0.8 * size)
         share = f"{arrow}{_share(cell.share)}"
-        items.append(Words(side - edge - 1.5, top, share, colour, "end", small))
+        items.append(FigureWords(side - edge - 1.5, top, share, colour, "end", small))
     axis = Axis(0.0, side)
     return Panel(cell.label, "", axis, axis, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))
 
@@ -208,12 +208,12 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
                     ends = middle - wide / 2, middle + wide / 2, mid - half, mid + half
                     items.append(_box(*ends, _PARTS[name][0]))
                 colour = "paper" if name in ("translation", "rotation") else "ink"
-                items.append(Words(middle, mid - 0.34 * size, words, colour, "middle", size, bold=True))
+                items.append(FigureWords(middle, mid - 0.34 * size, words, colour, "middle", size, bold=True))
                 break
         left = right
     if not left:
-        items.append(Words(0.0, low + 2.0, "no torque beyond round-off", "soft", size=size))
-    title = joint_label(run.arm.joints, joint, BARS, size)
-    items.append(Words(0.0, side - 1.25 * size, title, "ink", size=size, bold=True))
+        items.append(FigureWords(0.0, low + 2.0, "no torque beyond round-off", "soft", size=size))
+    title = short_joint_label(run.arm.joints, joint, BARS, size)
+    items.append(FigureWords(0.0, side - 1.25 * size, title, "ink", size=size, bold=True))
     axes = Axis(0.0, BARS), Axis(0.0, side)
     return Panel(f"bar{joint + 1}", "", *axes, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))

@@ -13,7 +13,17 @@ from html import escape
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Curve, Figure, Key, Panel, Words, hatching
+from gd_analyze.figures.figure import (
+    ON_PAPER,
+    Area,
+    Cells,
+    Curve,
+    Figure,
+    FigureWords,
+    LegendKey,
+    Panel,
+    hatching,
+)
 
 UNIT = 20
 # Points this near to a line, pt, may be left out.
@@ -73,7 +83,7 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
     if not panel.is_bare:
         yield from _axes(panel, frame, paint)
     for item in panel.items:
-        if isinstance(item, Words):
+        if isinstance(item, FigureWords):
             x, y = placed(np.array(item.x), np.array(item.y)).tolist()
             look = ' font-weight="bold"' if item.bold else ""
             look += ' font-style="italic"' if item.italic else ""
@@ -287,7 +297,7 @@ def _text(
     )
 
 
-def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
+def _legend(keys: tuple[LegendKey, ...], width: float) -> tuple[str, float]:
     """Draw a legend in as many lines as the width, pt, requires; also return their height, pt."""
     parts, x, y, size = [], 0.0, 0.0, 7.5
     for key in keys:
@@ -300,12 +310,12 @@ def _legend(keys: tuple[Key, ...], width: float) -> tuple[str, float]:
     return "".join(parts), y + _LEGEND if keys else 0.0
 
 
-def key_svg(key: Key) -> str:
+def key_svg(key: LegendKey) -> str:
     """Draw the look of a legend's entry for a page."""
     return f'<svg class="key" viewBox="0 60 300 180" aria-hidden="true">{_key(key, on_page)}</svg>'
 
 
-def _key(key: Key, paint: Paint) -> str:
+def _key(key: LegendKey, paint: Paint) -> str:
     """A piece of the area, or of the line with its marker, 15 pt wide."""
     if key.kind == "area":
         left, right, bottom, top = 0.0, 13.0, -10.5, -3.5

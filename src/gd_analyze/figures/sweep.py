@@ -10,15 +10,15 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, evenly
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.figure import (
-    WIDTH,
+    FIGURE_WIDTH,
     Axis,
     Cells,
     Curve,
     Figure,
+    FigureWords,
     Item,
-    Key,
+    LegendKey,
     Panel,
-    Words,
     in_columns,
     tick_label,
     ticks,
@@ -41,7 +41,7 @@ _COLOURS = {
     **{verdict: verdict for verdict in ("translation", "rotation", "both", "drive")},
     "beyond budget": "warn",
 }
-_LEGEND = tuple(Key(verdict, colour, "area") for verdict, colour in _COLOURS.items())
+_LEGEND = tuple(LegendKey(verdict, colour, "area") for verdict, colour in _COLOURS.items())
 # Colour and dashes of the contributions to a joint's torque.
 _LOOKS: dict[str, tuple[str, tuple[float, ...]]] = {
     "inertia translation": ("translation", ()),
@@ -79,10 +79,10 @@ def verdict_figure(sweep: xr.Dataset) -> Figure:
         *marks,
     )
     panel = Panel("verdicts", "", _axis(sweep, name), y, items, margins=(72.0, 13.0, 12.0, 6.0))
-    return Figure(f"Verdicts over {name}", ((panel,),), WIDTH, 9.5 * len(labels) + 22.0, _LEGEND)
+    return Figure(f"Verdicts over {name}", ((panel,),), FIGURE_WIDTH, 9.5 * len(labels) + 22.0, _LEGEND)
 
 
-def torque_figure(sweep: xr.Dataset) -> Figure:
+def peak_torque_figure(sweep: xr.Dataset) -> Figure:
     """Peak torque of every joint and its contributions over the first number; operations; draws as points."""
     name, panels, drawn = str(sweep.parameter.values[0]), [], "sample" in sweep.dims
     selection = evenly(sweep.sizes["sample"], _MARKED) if drawn else slice(None)
@@ -106,7 +106,10 @@ def torque_figure(sweep: xr.Dataset) -> Figure:
         counts = sweep.operations.values[selection]
         curve = Curve(x, counts, "accent", 1.2 * (not drawn), marker="circle", size=2.6)
         panels.append(Panel("operations", "operations", axis, value_axis("", counts, zero=False), (curve,)))
-    keys = [Key("torque", "ink"), *(Key(k, colour, dashes=dashes) for k, (colour, dashes) in _LOOKS.items())]
+    keys = [
+        LegendKey("torque", "ink"),
+        *(LegendKey(k, colour, dashes=dashes) for k, (colour, dashes) in _LOOKS.items()),
+    ]
     return in_columns(
         f"Peak torque over {name}", panels, min(3, len(panels)), 110.0, () if drawn else tuple(keys)
     )
@@ -156,7 +159,7 @@ def _bar(x: Axis, y: Axis, low: float, span: float) -> tuple[Item, ...]:
     words, cell_numbers = ("{0}",) * rows, np.vectorize(_short)(values)[:, None, None]
     cells = Cells(edges, np.full((rows, 1), "accent"), shade, words, cell_numbers, gap=0.0)
     ends = ((0.0, 0.0, low), (y.high, -6.0, low + span))
-    named = (Words(float(edges[1]), at, tick_label(_short(v)), right=2.0, up=up) for at, up, v in ends)
+    named = (FigureWords(float(edges[1]), at, tick_label(_short(v)), right=2.0, up=up) for at, up, v in ends)
     return (cells, *named)
 
 

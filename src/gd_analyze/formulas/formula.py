@@ -25,7 +25,7 @@ class Symbol:
 class Power(NamedTuple):
     """A symbol or function, and its exponent."""
 
-    base: Symbol | Function
+    base: Symbol | CircularFunction
     exponent: int = 1
 
 
@@ -37,7 +37,7 @@ class Product(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Function:
+class CircularFunction:
     """cos or sin of a sum; the weights of its argument are whole numbers."""
 
     name: str
@@ -69,7 +69,7 @@ class Formula:
     unit: str = ""  # named behind the equation if it is not evident
 
 
-NOTHING = (Piece(Product(0.0), "carried"),)
+NO_PIECES = (Piece(Product(0.0), "carried"),)
 
 
 class Legend(NamedTuple):
@@ -81,14 +81,14 @@ class Legend(NamedTuple):
     factors: tuple[Formula, ...]
 
 
-def alone(base: Symbol | Function) -> Product:
+def alone(base: Symbol | CircularFunction) -> Product:
     """A symbol or function by itself."""
     return Product(1.0, (Power(base),))
 
 
 def as_formula(left: Symbol, terms: Iterable[Product]) -> Formula:
     """Formula of a sum of products."""
-    return Formula(left, tuple(map(Piece, terms)) or NOTHING)
+    return Formula(left, tuple(map(Piece, terms)) or NO_PIECES)
 
 
 def bracketed(quantity: str, terms: tuple[Product, ...], common: tuple[Power, ...]) -> tuple[Piece, ...]:

@@ -8,7 +8,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gd_analyze.formulas.formula import PRIME, Formula, Function, Legend, Piece, Power, Product, Symbol
+from gd_analyze.formulas.formula import (
+    PRIME,
+    CircularFunction,
+    Formula,
+    Legend,
+    Piece,
+    Power,
+    Product,
+    Symbol,
+)
 from gd_analyze.result import Equations
 
 _GREEK = {"tau": "τ", "omega": "ω"}
@@ -25,7 +34,7 @@ def rounded(value: float, digits: int) -> tuple[str, int]:
     return _trimmed(f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - exponent, 0)}f}"), 0
 
 
-def number(value: float, digits: int) -> str:
+def formatted(value: float, digits: int) -> str:
     """Write a number in one string: -0.69, 5.85e-5."""
     mantissa, exponent = rounded(abs(value), digits)
     sign = "-" if value < 0 else ""
@@ -72,7 +81,7 @@ class Printer(ABC):
     def power(self, power: Power) -> str:
         """Write a power."""
         base, exponent = power
-        if isinstance(base, Function):
+        if isinstance(base, CircularFunction):
             return self.function(base.name, self.sum(base.argument, self.before_angle), exponent)
         return self.symbol(base, exponent)
 
@@ -168,7 +177,7 @@ class Plain(Printer):
         return "\n".join(lines)
 
 
-def equations(
+def equation_part(
     key: str,
     title: str,
     formulas: Iterable[Formula],
@@ -182,7 +191,7 @@ def equations(
     return Equations(key, title, tuple(map(plain.line, formulas)), formulas, legend, explained, note)
 
 
-class Latex(Printer):
+class LatexPrinter(Printer):
     r"""LaTeX for mathematics mode: C_{23}, 5.85 \cdot 10^{-5}."""
 
     between_factors = r" \, "
@@ -226,7 +235,7 @@ class Written:
         return "\n".join([*lines, *(plain.legend(self.legend) if self.legend else ())])
 
     def _repr_latex_(self) -> str:
-        latex = Latex()
+        latex = LatexPrinter()
         lines = (latex.line(formula).replace("=", "&=", 1) for formula in self.formulas)
         return r"$\begin{aligned} " + r" \\ ".join(lines) + r" \end{aligned}$"
 

@@ -11,10 +11,10 @@ from typing import Any
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.formulas.formula import Product
-from gd_analyze.formulas.languages import Latex, MathML, Plain, Written, number
-from gd_analyze.formulas.languages import equations as written_equations
+from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Written, formatted
+from gd_analyze.formulas.languages import equation_part as written_equations
 from gd_analyze.formulas.writing import base_formula, element_formula, exponents, factor_legend, powers
-from gd_analyze.harmonics.equations import Equation, Term, each_equation, harmonics_for
+from gd_analyze.harmonics.equations import Equation, EquationTerm, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.result import Column, Fact, Result, Table
@@ -90,7 +90,7 @@ def equation_text(equation: Equation, form: str, digits: int, width: int) -> str
     formula = element_formula(equation)
     if form == "text":
         return f"{Plain(digits).wrapped(formula, width)}\n"
-    return f"{(Latex(digits) if form == 'latex' else MathML(digits)).line(formula)}\n"
+    return f"{(LatexPrinter(digits) if form == 'latex' else MathML(digits)).line(formula)}\n"
 
 
 def sympy_head(n_joints: int) -> str:
@@ -166,7 +166,7 @@ def equations_result(
 ) -> Result:
     """Facts of the exact equations, and a table of terms for each of the elements."""
 
-    def document(term: Term) -> dict[str, Any]:
+    def document(term: EquationTerm) -> dict[str, Any]:
         factors = [factor._asdict() | {"exponent": power} for factor, power in exponents(term.factors)]
         return asdict(term) | {"factors": factors}
 
@@ -195,7 +195,7 @@ def _table(equation: Equation, digits: int) -> Table:
         f"{equation.symbol} ({equation.unit})",
         (
             Column("", "term", products, shown="text"),
-            Column("", "coefficient", [number(term.coefficient, digits) for term in terms], shown="text"),
+            Column("", "coefficient", [formatted(term.coefficient, digits) for term in terms], shown="text"),
             Column("", "effect", [term.effect for term in terms], shown="text"),
             Column("", "links", [_spans(term.links) for term in terms], shown="text"),
             Column("", "share", [term.share for term in terms], shown="percent"),
@@ -213,7 +213,7 @@ def _spans(links: tuple[int, ...]) -> str:
 
 def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str]:
     """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
-    printer = Latex(digits) if form == "latex" else Plain(digits)
+    printer = LatexPrinter(digits) if form == "latex" else Plain(digits)
     for parameter in base:
         unit = f" {parameter.unit}"
         if form == "latex":
@@ -224,7 +224,9 @@ def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str
 def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
     """The parameters with their combinations, the acting parameters of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
-    of_effects = {name: [number(getattr(parameter, name), digits) for parameter in base] for name in effects}
+    of_effects = {
+        name: [formatted(getattr(parameter, name), digits) for parameter in base] for name in effects
+    }
     links = range(1, base.arm.n_joints + 1)
     acting = zip(*(_acting(base, link) for link in links), strict=True)
     vectors = {
@@ -233,7 +235,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
         "z": [frame.rotation[:, 2] for frame in base.frames],
     }
     of_axes = {
-        name: [" ".join(number(x, digits) for x in vector) for vector in by_frame]
+        name: [" ".join(formatted(x, digits) for x in vector) for vector in by_frame]
         for name, by_frame in vectors.items()
     }
     zeros = sum(parameter.number == 0.0 for parameter in base)

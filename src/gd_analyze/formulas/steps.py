@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from gd_analyze.formulas.formula import (
+    CircularFunction,
     Formula,
-    Function,
     Legend,
     Piece,
     Power,
@@ -32,7 +32,7 @@ class NamedSteps:
 
     def __init__(self, program: Program) -> None:
         self._names: dict[int, Symbol] = {}
-        self._functions: dict[Symbol, Function] = {}
+        self._functions: dict[Symbol, CircularFunction] = {}
         named = _named(program)
         formulas: list[Formula] = []
         for step in program.steps:
@@ -76,7 +76,7 @@ class NamedSteps:
         symbol = Symbol("C" if step.operation == "cos" else "S", joined([int(x) - 1 for x in indices]))
         while symbol in self._functions:
             symbol = replace(symbol, primes=symbol.primes + 1)
-        self._functions[symbol] = Function(str(step.operation), argument)
+        self._functions[symbol] = CircularFunction(str(step.operation), argument)
         return symbol
 
     def _sum(self, x: Any) -> tuple[Product, ...]:
@@ -132,13 +132,13 @@ def _angles(program: Program) -> set[int]:
     return {step.order for step in program.steps} - outside
 
 
-def _is_plain(function: Function) -> bool:
+def _is_plain(function: CircularFunction) -> bool:
     return all(term.powers and term.weight == 1.0 for term in function.argument)
 
 
 def _powers(factors: Sequence[Power]) -> tuple[Power, ...]:
     """Merge equal factors to one power."""
-    exponents: dict[Symbol | Function, int] = {}
+    exponents: dict[Symbol | CircularFunction, int] = {}
     for base, exponent in factors:
         exponents[base] = exponents.get(base, 0) + exponent
     return tuple(sorted((Power(*item) for item in exponents.items()), key=_rank))
@@ -146,4 +146,4 @@ def _powers(factors: Sequence[Power]) -> tuple[Power, ...]:
 
 def _rank(power: Power) -> tuple[int, str]:
     base = power.base
-    return (0, "") if isinstance(base, Function) else (_ORDER.index(base.letter), f"{base.index:>5}")
+    return (0, "") if isinstance(base, CircularFunction) else (_ORDER.index(base.letter), f"{base.index:>5}")

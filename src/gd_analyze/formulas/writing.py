@@ -9,7 +9,16 @@ from itertools import groupby
 from gd_analyze.arrays import falling
 from gd_analyze.dynamics.base_parameters import BaseParameter, Share
 from gd_analyze.formulas import formula as parts
-from gd_analyze.formulas.formula import NOTHING, Formula, Function, Legend, Piece, Power, Product, Symbol
+from gd_analyze.formulas.formula import (
+    NO_PIECES,
+    CircularFunction,
+    Formula,
+    Legend,
+    Piece,
+    Power,
+    Product,
+    Symbol,
+)
 from gd_analyze.harmonics import terms as kinds
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.equations import Equation
@@ -30,7 +39,7 @@ def element_formula(equation: Equation) -> Formula:
     letter, index = equation.symbol[0], equation.symbol[1:]
     products = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
     pieces = tuple(Piece(product, _QUANTITIES[letter]) for product in products)
-    return Formula(Symbol(letter, index), pieces or NOTHING)
+    return Formula(Symbol(letter, index), pieces or NO_PIECES)
 
 
 def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> tuple[Formula, ...]:
@@ -40,11 +49,11 @@ def torque_formulas(velocities: AbsoluteVelocities, torques: kinds.Torques) -> t
     """
     out = []
     for joint, groups in enumerate(grouped(velocities.n_joints, torques)):
-        pieces = carried(velocities, joint)
+        pieces = carried_torque(velocities, joint)
         for before, terms in groups:
             products = tuple(Product(torques[term], powers(term.monomial)) for term in terms)
             pieces += parts.bracketed(kinds.quantity_of(before), products, velocity_powers(before))
-        out.append(Formula(torque_symbol(joint), tuple(pieces) or NOTHING))
+        out.append(Formula(torque_symbol(joint), tuple(pieces) or NO_PIECES))
     return tuple(out)
 
 
@@ -93,7 +102,7 @@ def grouped(
     return [sorted(row.items(), key=lambda item: _ORDER.index(kinds.quantity_of(item[0]))) for row in rows]
 
 
-def carried(velocities: AbsoluteVelocities, joint: int) -> list[Piece]:
+def carried_torque(velocities: AbsoluteVelocities, joint: int) -> list[Piece]:
     """Torque of the next joint with a parallel axis, which a joint carries."""
     outer = velocities.carried.get(joint)
     if outer is None:
@@ -143,9 +152,9 @@ def _abbreviation(factor: Factor) -> Symbol:
     return Symbol(_LETTERS[factor.kind], joined(factor.joints))
 
 
-def _written_out(factor: Factor) -> Function:
+def _written_out(factor: Factor) -> CircularFunction:
     argument = (Product(factor.multiples[j], (Power(_joint_symbol("q", j)),)) for j in factor.joints)
-    return Function(factor.kind, tuple(argument))
+    return CircularFunction(factor.kind, tuple(argument))
 
 
 def _joint_symbol(letter: str, joint: int, order: int = 0) -> Symbol:
@@ -206,7 +215,7 @@ def _factor_formulas(factors: set[Factor]) -> tuple[Formula, ...]:
     return tuple(out)
 
 
-def _equal(left: Symbol, right: Symbol | Function, unit: str = "") -> Formula:
+def _equal(left: Symbol, right: Symbol | CircularFunction, unit: str = "") -> Formula:
     return Formula(left, (Piece(parts.alone(right)),), unit)
 
 
@@ -236,7 +245,7 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
         for label, quantity in ((f"h{index}", "coriolis_centrifugal"), (f"c{index}", "gravity_loading")):
             if kept[label] != "nothing":
                 pieces.append(Piece(parts.alone(part_symbol(label, kept[label])), quantity))
-        out.append(Formula(Symbol("tau", index), tuple(pieces) or NOTHING))
+        out.append(Formula(Symbol("tau", index), tuple(pieces) or NO_PIECES))
     return tuple(out)
 
 

@@ -16,13 +16,13 @@ from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Monomial
-from gd_analyze.harmonics.transform import Harmonics, christoffel, harmonics_behind
+from gd_analyze.harmonics.transform import Harmonics, christoffel_polynomial, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import unit_of
 from gd_analyze.text import joined, parted
 
-Indices = tuple[int, ...]
+ElementIndices = tuple[int, ...]
 
 
 # Most joints with non-parallel axes; beyond, all elements together have millions of terms.
@@ -32,7 +32,7 @@ _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
 
 @dataclass(frozen=True, slots=True)
-class Term:
+class EquationTerm:
     """One term of an element.
 
     Its `share` is its largest value over that of the element's largest term. Sines and cosines count as 1, a
@@ -57,7 +57,7 @@ class Equation:
 
     symbol: str
     unit: str
-    terms: tuple[Term, ...]
+    terms: tuple[EquationTerm, ...]
 
 
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
@@ -92,13 +92,13 @@ def each_equation(
         progress(1)
 
 
-def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, Indices, bool]]:
+def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, ElementIndices, bool]]:
     """Elements named by labels: letter, joints from 0, and whether named individually."""
     labels = (labels,) if isinstance(labels, str) else labels
     return [element for label in labels or ("D", "h", "c") for element in _resolve(label, n)]
 
 
-def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
+def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:
     match = re.fullmatch(r"([Dhc])(\d*|\d+(?:,\d+)+)", label, re.ASCII)
     full = {"D": 2, "h": 3, "c": 1}
     kind, digits = match.groups() if match else ("", "")
@@ -129,7 +129,7 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, Indices, bool]]:
             yield from ((kind, (i, j, k), False) for j, k in pairs)
 
 
-def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: float) -> Equation:
+def _equation(harmonics: Harmonics, kind: str, indices: ElementIndices, min_share: float) -> Equation:
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
     if kind == "D":
@@ -157,12 +157,14 @@ def _equation(harmonics: Harmonics, kind: str, indices: Indices, min_share: floa
     return Equation(kind + joined(indices), unit, tuple(terms))
 
 
-def _term(factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float) -> Term:
+def _term(
+    factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float
+) -> EquationTerm:
     coefficient, translation, rotation = (float(value) for value in row[:3])
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
     acting = tuple(s + 1 for s, value in zip(links, row[3:], strict=True) if abs(value) > noise)
-    return Term(coefficient, factors, effect, translation, rotation, acting, share)
+    return EquationTerm(coefficient, factors, effect, translation, rotation, acting, share)
 
 
 def _largest_value(arm: RobotArm, factors: Monomial) -> float:
@@ -170,9 +172,11 @@ def _largest_value(arm: RobotArm, factors: Monomial) -> float:
     return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in prismatic)
 
 
-def _of_link(harmonics: Harmonics, kind: str, indices: Indices, s: int) -> TrigonometricPolynomial:
+def _of_link(harmonics: Harmonics, kind: str, indices: ElementIndices, s: int) -> TrigonometricPolynomial:
     """Contribution of link s to an element."""
     if kind == "c":
         return harmonics.potential_by_link[[s]].derivative(*indices)
     inertia = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}
-    return (inertia[indices[0], indices[1]] if kind == "D" else christoffel(inertia, *indices)).total()
+    return (
+        inertia[indices[0], indices[1]] if kind == "D" else christoffel_polynomial(inertia, *indices)
+    ).total()

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.transform import Harmonics, slopes_of
+from gd_analyze.harmonics.transform import Harmonics, inertia_slopes
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
 from gd_analyze.operations.program import Program
 from gd_analyze.text import LARGEST_COEFFICIENT
@@ -62,7 +62,7 @@ def exact_row(
     parts = [harmonics.gravity_loading[i], *(inertia[min(i, j), max(i, j)] for j in range(n))]
     places = list(range(n + 1))
     for place, (_, (j, k)) in enumerate(velocity_factors(n)[n + 1 :], start=n + 1):
-        parts += [(1.0 if j == k else 2.0) * slope for slope in slopes_of(inertia, i, j, k)]
+        parts += [(1.0 if j == k else 2.0) * slope for slope in inertia_slopes(inertia, i, j, k)]
         places += [place] * 3
     return TrigonometricPolynomial.stacked(parts), places
 

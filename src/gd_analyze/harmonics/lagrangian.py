@@ -97,10 +97,10 @@ def torques_of(term: EnergyTerm, velocities: AbsoluteVelocities) -> Torques:
 
 def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> dict[TorqueTerm, float]:
     """Torque terms of energy terms with their coefficients; those that cancel are left out."""
-    return gathered((coefficient, torques_of(term, velocities)) for term, coefficient in energies.items())
+    return summed((coefficient, torques_of(term, velocities)) for term, coefficient in energies.items())
 
 
-def gathered(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
+def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
     """Sum of torque terms, each source times its factor; those that cancel are left out."""
     out: dict[TorqueTerm, float] = defaultdict(float)
     size: dict[TorqueTerm, float] = defaultdict(float)

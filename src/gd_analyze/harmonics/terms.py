@@ -94,7 +94,7 @@ Energies = Mapping[EnergyTerm, float]
 
 
 # Names of D, h and c.
-QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
+DYNAMICS_QUANTITIES = ("inertia", "coriolis_centrifugal", "gravity_loading")
 
 
 def quantity_of(velocities: tuple[Velocity, ...]) -> str:

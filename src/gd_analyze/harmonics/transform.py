@@ -104,17 +104,17 @@ class Harmonics:
 
     def christoffel(self, i: int, j: int, k: int) -> TrigonometricPolynomial:
         """h_ijk, symmetric in j and k, by exact differentiation of D; two polynomials by effect."""
-        return christoffel(self.inertia, i, j, k).above(DEGREE * self.cut[0])
+        return christoffel_polynomial(self.inertia, i, j, k).above(DEGREE * self.cut[0])
 
 
-def christoffel(
+def christoffel_polynomial(
     inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int, j: int, k: int
 ) -> TrigonometricPolynomial:
     """Christoffel symbol (dD_ij/dq_k + dD_ik/dq_j - dD_jk/dq_i) / 2 of D_ij, i <= j."""
-    return TrigonometricPolynomial.summed(slopes_of(inertia, i, j, k))
+    return TrigonometricPolynomial.summed(inertia_slopes(inertia, i, j, k))
 
 
-def slopes_of(
+def inertia_slopes(
     inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int, j: int, k: int
 ) -> list[TrigonometricPolynomial]:
     """The three summands of a Christoffel symbol."""

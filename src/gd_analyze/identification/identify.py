@@ -32,7 +32,7 @@ from gd_analyze.identification.identified_arm import (
     sources_of,
     spread_of,
 )
-from gd_analyze.identification.rows import JointRows, Unknowns, rows_of
+from gd_analyze.identification.rows import JointRows, Unknowns, identification_rows
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -204,7 +204,7 @@ def _identified(
         is_held_out = k >= len(motions) - len(held_out_motions)
         end = begin + float(motion.time[-1] - motion.time[0])
         from_here = -np.inf if is_held_out else np.inf if held_out_motions else end - HELD_OUT * (end - begin)
-        for i, joint_rows in enumerate(rows_of(arm, motion, unknowns, fastest, loaded=is_loaded)):
+        for i, joint_rows in enumerate(identification_rows(arm, motion, unknowns, fastest, loaded=is_loaded)):
             clock = joint_rows.time - motion.time[0] + begin
             parts[i].append(replace(joint_rows, time=clock))
             flags[i].append(clock > from_here)

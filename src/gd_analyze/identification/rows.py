@@ -81,7 +81,7 @@ class JointRows:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
 
 
-def rows_of(
+def identification_rows(
     arm: RobotArm, motion: Trajectory, unknowns: Unknowns, fastest: FloatArray, *, loaded: bool = False
 ) -> list[JointRows]:
     """Equations of every joint along a recorded motion.

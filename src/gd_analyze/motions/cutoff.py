@@ -16,7 +16,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import Sampling
-from gd_analyze.text import figures, named_joints
+from gd_analyze.text import named_joints, significant
 
 # Length of the pieces whose spectra are averaged, s.
 _PIECE = 8.0
@@ -240,8 +240,10 @@ def chosen(
     missed = np.array([noise.missed for noise in moving[place].noises])
     joints = (np.flatnonzero(missed > np.maximum(_MISSED * size, _AT_REST)) + 1).tolist()
     if highest < _HIGHEST and joints:
-        message = f"accelerations above {figures(highest)} Hz in the log, left out: {named_joints(joints, n)}"
-        advice = f"{figures(1 / sampling.step)} readings per second are too few for these; log faster"
+        message = (
+            f"accelerations above {significant(highest)} Hz in the log, left out: {named_joints(joints, n)}"
+        )
+        advice = f"{significant(1 / sampling.step)} readings per second are too few for these; log faster"
         warnings.warn(f"{message}; {advice}", GdAnalyzeWarning, stacklevel=4)
     rule = "least expected error of the accelerations"
     if best_cutoffs[place] >= highest * 0.999:
@@ -259,7 +261,9 @@ def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Samp
     most = _LARGEST_SHARE / sampling.step
     if cutoffs.max() > most:
         message = "the cut-off is too high for the sample rate"
-        highest = f"{figures(float(cutoffs.max()))} Hz"
-        expected = f"up to {figures(most)} Hz, a quarter of {figures(1 / sampling.step)} readings per second"
+        highest = f"{significant(float(cutoffs.max()))} Hz"
+        expected = (
+            f"up to {significant(most)} Hz, a quarter of {significant(1 / sampling.step)} readings per second"
+        )
         raise refusal(message, "--cutoff", expected, highest, "give a lower one, or none to have it chosen")
     return cutoffs

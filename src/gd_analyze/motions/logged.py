@@ -16,7 +16,7 @@ from gd_analyze.motions.reading import ROLES, Quantity, Treatment, refusal
 from gd_analyze.motions.sampling import FEWEST, Sampling, sampling_of, unwrapped
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import figures
+from gd_analyze.text import significant
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -171,13 +171,12 @@ def _smoothed(sampled: Logged, sampling: Sampling, treatment: Treatment, notes: 
     if sampled.torque is not None:
         # Noise of one joint's acceleration enters the torques of all.
         (torque,) = _smooth(sampling, sampled.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
-    hertz = " and ".join(dict.fromkeys(f"{figures(float(cutoff))} Hz" for cutoff in cutoffs))
+    hertz = " and ".join(dict.fromkeys(f"{significant(float(cutoff))} Hz" for cutoff in cutoffs))
     readings = f"the measured {'velocities' if from_velocities else 'positions'}"
     smoothing = f"smoothed without delay, cut-off {hertz} ({rule})"
     derived = f"{'qdd' if from_velocities else 'qd and qdd'} derived: from {readings}, {smoothing}"
-    noise = (
-        f"noise left in qdd {figures(float(noise_qdd.min()))} to {figures(float(noise_qdd.max()))} per s^2"
-    )
+    least, most = significant(float(noise_qdd.min())), significant(float(noise_qdd.max()))
+    noise = f"noise left in qdd {least} to {most} per s^2"
     notes = (*notes, f"accelerations from {readings}, {smoothing}; {noise}")
     noise_q = noise_of(sampled.q, q, sampling.step, cutoffs)
     recording = Recording(

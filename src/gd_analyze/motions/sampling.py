@@ -15,7 +15,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import figures, named_joints
+from gd_analyze.text import named_joints, significant
 
 # Least readings of a stretch that is kept: fewer do not show accelerations.
 FEWEST = 16
@@ -100,7 +100,7 @@ def sampling_of(
     gaps = tuple(np.cumsum(lengths[is_long])[:-1].tolist())
     if gaps:
         across = "nothing is differentiated, smoothed or bounded across them"
-        notes.append(f"gaps longer than {figures(gap)} s: {len(gaps)}; {across}")
+        notes.append(f"gaps longer than {significant(gap)} s: {len(gaps)}; {across}")
     times = times[is_kept]
     since = times - times[0]
     # If stamps are dates, unless this loses digits that distinguish them.

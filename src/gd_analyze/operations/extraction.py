@@ -17,14 +17,23 @@ from heapq import nlargest
 from random import Random
 from typing import NamedTuple
 
-from gd_analyze.operations.sums import Monomial, Pair, PairProduct, Sums, Terms, over, times, without
+from gd_analyze.operations.sums import (
+    PairProduct,
+    Sums,
+    SumTerms,
+    TermPair,
+    VariableProduct,
+    over,
+    times,
+    without,
+)
 
 
 class _Place(NamedTuple):
     """Where a divisor occurs: in the sum of variable v, times a product and a factor."""
 
     v: int
-    beside: Monomial
+    beside: VariableProduct
     scale: float
 
 
@@ -32,7 +41,7 @@ class _Place(NamedTuple):
 class _Divisor:
     """A sum, its places, the operations saved by evaluating it once, and the factor of its definition."""
 
-    terms: Terms
+    terms: SumTerms
     places: tuple[_Place, ...]
     gain: int
     gauge: float
@@ -43,7 +52,7 @@ class _Factor(NamedTuple):
 
     v: int
     magnitude: float
-    variable: Monomial
+    variable: VariableProduct
 
 
 class _Product(NamedTuple):
@@ -53,7 +62,7 @@ class _Product(NamedTuple):
     gain: int
 
 
-_Candidate = Pair | PairProduct | _Factor
+_Candidate = TermPair | PairProduct | _Factor
 _Step = _Divisor | _Product
 
 
@@ -91,7 +100,7 @@ def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     """Re-evaluate the candidates that involve touched terms."""
     for changed in sums.touched:
         updates: list[tuple[_Candidate, _Step | None]]
-        if isinstance(changed, Pair):
+        if isinstance(changed, TermPair):
             updates = [(changed, _pair(sums, changed))]
         elif isinstance(changed, PairProduct):
             updates = [(changed, _Product(changed, len(sums.products[changed]) - 1))]
@@ -107,7 +116,7 @@ def _update(sums: Sums, steps: dict[_Candidate, _Step]) -> None:
     sums.touched.clear()
 
 
-def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
+def _pair(sums: Sums, pair: TermPair) -> _Divisor | None:
     """Divisor of two terms in all places that do not overlap."""
     occurrences = sums.pairs[pair]
     if not occurrences:
@@ -116,7 +125,7 @@ def _pair(sums: Sums, pair: Pair) -> _Divisor | None:
         ((common, scale),) = occurrences.values()
         if not common and (abs(pair.ratio) != 1.0 or abs(scale) == 1.0):
             return None
-    used: set[tuple[int, Monomial]] = set()
+    used: set[tuple[int, VariableProduct]] = set()
     places = []
     for (v, first, second), (common, scale) in occurrences.items():
         if (v, first) not in used and (v, second) not in used:
@@ -138,7 +147,7 @@ def _factors(sums: Sums, v: int) -> Iterator[tuple[_Candidate, _Step | None]]:
             yield _Factor(v, size, ()), _divisor(sums, inner, [_Place(v, (), size)])
 
 
-def _divisor(sums: Sums, terms: Terms, places: list[_Place]) -> _Divisor:
+def _divisor(sums: Sums, terms: SumTerms, places: list[_Place]) -> _Divisor:
     """Gain of a divisor with the factor that makes most of its coefficients one."""
     magnitude = sums.magnitude
     saved = (len(places) - 1) * (len(terms) - 1)
@@ -181,7 +190,7 @@ def _scaled(sums: Sums, first: _Place, second: _Place) -> _Place:
     return _Place(second.v, second.beside, sums.magnitude(second.scale / first.scale))
 
 
-def _shared(sums: Sums, first: _Place, second: _Place) -> Terms:
+def _shared(sums: Sums, first: _Place, second: _Place) -> SumTerms:
     """Terms that two places have in the same proportion."""
     ratio = _scaled(sums, first, second).scale
     second_terms, shared, used = sums.terms[second.v], {}, set()

@@ -206,7 +206,7 @@ def _row(count: int) -> FloatArray:
     return whole[begin : begin + count]
 
 
-def slopes_of(
+def program_slopes(
     program: Program, along: Mapping[str, float | str], value: Callable[[Any], Any], trace: Trace
 ) -> list[Any]:
     """Differentiate a program's outputs along a direction in its inputs (forward differentiation).
@@ -245,7 +245,7 @@ def slopes_of(
     return [slope(output) for output in program.outputs]
 
 
-def written(program: Program) -> tuple[list[list[str | float]], list[str | float]]:
+def plain_program(program: Program) -> tuple[list[list[str | float]], list[str | float]]:
     """Steps and outputs as plain values, for files.
 
     A step is its operation and its arguments: "s0", "s1" .. for earlier steps, numbers for constants, the

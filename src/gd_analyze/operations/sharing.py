@@ -11,7 +11,7 @@ from typing import Any
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
-from gd_analyze.operations.sums import EQUAL, Magnitudes, Sums, Terms, times, without
+from gd_analyze.operations.sums import EQUAL, Magnitudes, Sums, SumTerms, times, without
 from gd_analyze.operations.trace import Expression, Trace
 
 # Coefficients by product: a tuple of variables, each as often as its power.
@@ -66,7 +66,7 @@ class SharedSums:
 
     variables: tuple[Hashable, ...]  # meaning of the numbers from 0 on
     # Coefficients by product; -1, -2, .. are the polynomials, numbers beyond the variables are shared sums
-    definitions: Mapping[int, Terms]
+    definitions: Mapping[int, SumTerms]
     count: int  # number of polynomials
     operations: int  # multiplications and additions; a change of sign is free
 
@@ -118,7 +118,7 @@ def shared_sums(
     }
     sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL)
     for row, polynomial in enumerate(polynomials, start=1):
-        terms: Terms = {}
+        terms: SumTerms = {}
         for variables, c in polynomial.items():
             product = tuple(sorted(numbers[x] for x in variables))
             terms[product] = terms.get(product, 0.0) + c
@@ -159,7 +159,7 @@ def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
     sums = Sums([], len(leaves))
     number = {leaf.order: k for k, leaf in enumerate(leaves)}
 
-    def of(x: Any) -> Terms:
+    def of(x: Any) -> SumTerms:
         if isinstance(x, Expression):
             return {(number[x.order],): 1.0}
         return {(): float(x)} if x else {}
@@ -167,7 +167,7 @@ def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
     for step in program.steps:
         if step.order in number:
             continue
-        terms: Terms = {}
+        terms: SumTerms = {}
         a, b = of(step.arguments[0]), of(step.arguments[-1])
         if step.operation == "multiply":
             terms = {times(x, y): c * d for x, c in a.items() for y, d in b.items()}

@@ -16,14 +16,14 @@ from typing import NamedTuple, TypeVar
 _V = TypeVar("_V")
 
 # A product of variables (numbers) in ascending order, each as often as its power.
-Monomial = tuple[int, ...]
+VariableProduct = tuple[int, ...]
 
 # Relative difference of coefficients that are equal up to the round-off of their computation.
 EQUAL = 1e-9
 
 
 @lru_cache(maxsize=1 << 17)
-def split(a: Monomial, b: Monomial) -> tuple[Monomial, Monomial, Monomial]:
+def split(a: VariableProduct, b: VariableProduct) -> tuple[VariableProduct, VariableProduct, VariableProduct]:
     """Greatest common divisor of two products, and their quotients."""
     common: list[int] = []
     rest_a: list[int] = []
@@ -42,18 +42,18 @@ def split(a: Monomial, b: Monomial) -> tuple[Monomial, Monomial, Monomial]:
     return tuple(common), (*rest_a, *a[i:]), (*rest_b, *b[j:])
 
 
-def times(a: Monomial, b: Monomial) -> Monomial:
+def times(a: VariableProduct, b: VariableProduct) -> VariableProduct:
     """Multiply two products."""
     return tuple(sorted(a + b)) if a and b else a or b
 
 
-def over(a: Monomial, b: Monomial) -> Monomial | None:
+def over(a: VariableProduct, b: VariableProduct) -> VariableProduct | None:
     """Divide a by b; None if b is not a divisor."""
     _, quotient, missing = split(a, b)
     return None if missing else quotient
 
 
-def multiplications(monomial: Monomial, coefficient: float) -> int:
+def multiplications(monomial: VariableProduct, coefficient: float) -> int:
     """Multiplications in coefficient times product; a change of sign is free."""
     if not monomial:
         return 0
@@ -90,17 +90,17 @@ def without(monomial: tuple[_V, ...], v: _V) -> tuple[_V, ...]:
     return monomial[:place] + monomial[place + 1 :]
 
 
-Terms = dict[Monomial, float]
+SumTerms = dict[VariableProduct, float]
 
 # Relative round-off of a few multiplications and divisions.
 _ROUND_OFF = 1e-12
 
 
-class Pair(NamedTuple):
+class TermPair(NamedTuple):
     """Two terms up to a common product and factor: a + ratio b."""
 
-    a: Monomial
-    b: Monomial
+    a: VariableProduct
+    b: VariableProduct
     ratio: float
 
 
@@ -108,7 +108,7 @@ class PairProduct(NamedTuple):
     """Product of two variables, or of a coefficient's magnitude and one."""
 
     coefficient: float
-    variables: Monomial
+    variables: VariableProduct
 
 
 # A named tuple's constructor without the surrounding call.
@@ -116,7 +116,7 @@ _new = tuple.__new__
 
 
 @lru_cache(maxsize=1 << 16)
-def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]:
+def _products(monomial: VariableProduct, coefficient: float) -> tuple[PairProduct, ...]:
     """Products of two in a term: of its variables, and of its coefficient and one of them."""
     products = {PairProduct(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}
     if coefficient != 1.0:
@@ -127,21 +127,21 @@ def _products(monomial: Monomial, coefficient: float) -> tuple[PairProduct, ...]
 class Sums:
     """Definitions of variables: outputs are numbered -1, -2, .., inputs from 0 to `first` - 1."""
 
-    def __init__(self, outputs: Iterable[Mapping[Monomial, float]], first: int) -> None:
+    def __init__(self, outputs: Iterable[Mapping[VariableProduct, float]], first: int) -> None:
         self.first = first
-        self.terms: dict[int, Terms] = {}
+        self.terms: dict[int, SumTerms] = {}
         self.users: defaultdict[int, Counter[int]] = defaultdict(Counter)
-        self.pairs: defaultdict[Pair, dict[tuple[int, Monomial, Monomial], tuple[Monomial, float]]] = (
-            defaultdict(dict)
-        )
-        self.products: defaultdict[PairProduct, dict[tuple[int, Monomial], None]] = defaultdict(dict)
+        self.pairs: defaultdict[
+            TermPair, dict[tuple[int, VariableProduct, VariableProduct], tuple[VariableProduct, float]]
+        ] = defaultdict(dict)
+        self.products: defaultdict[PairProduct, dict[tuple[int, VariableProduct], None]] = defaultdict(dict)
         self.operations = 0
         # Dictionaries as ordered sets: the same order in every run.
-        self.touched: dict[Pair | PairProduct | int, None] = {}
+        self.touched: dict[TermPair | PairProduct | int, None] = {}
         self.changed: dict[int, None] = {}
         self.magnitude = Magnitudes(_ROUND_OFF)
         self._next = first
-        self._log: list[tuple[int, Monomial, float]] = []
+        self._log: list[tuple[int, VariableProduct, float]] = []
         for number, terms in enumerate(outputs, start=1):
             for monomial, coefficient in terms.items():
                 self.add(-number, monomial, self.magnitude(coefficient))
@@ -151,7 +151,7 @@ class Sums:
         """Defined variables other than outputs."""
         return [v for v in self.terms if v >= self.first]
 
-    def define(self, terms: Mapping[Monomial, float]) -> int:
+    def define(self, terms: Mapping[VariableProduct, float]) -> int:
         """Define a new variable and return its number."""
         number = self._next
         self._next += 1
@@ -159,7 +159,7 @@ class Sums:
             self.put(number, monomial, coefficient)
         return number
 
-    def add(self, v: int, monomial: Monomial, coefficient: float) -> None:
+    def add(self, v: int, monomial: VariableProduct, coefficient: float) -> None:
         """Add a term to the definition of v."""
         old = self.terms.get(v, {}).get(monomial, 0.0)
         total = old + coefficient
@@ -167,7 +167,7 @@ class Sums:
             total = 0.0
         self.put(v, monomial, self.magnitude(total) if old and total else total)
 
-    def put(self, v: int, monomial: Monomial, coefficient: float) -> None:
+    def put(self, v: int, monomial: VariableProduct, coefficient: float) -> None:
         """Set a coefficient in the definition of v; 0 removes the term."""
         terms = self.terms.setdefault(v, {})
         old = terms.pop(monomial, 0.0)
@@ -228,7 +228,7 @@ class Sums:
         (user,) = users
         return abs(self.terms[user].get((v,), 0.0)) == 1.0
 
-    def _count(self, v: int, monomial: Monomial, c: float, other_terms: Terms, sign: int) -> None:
+    def _count(self, v: int, monomial: VariableProduct, c: float, other_terms: SumTerms, sign: int) -> None:
         """Add a term to the index (sign 1), or remove it (sign -1); `other_terms` are those of its sum."""
         self.operations += sign * (multiplications(monomial, c) + (1 if other_terms else 0))
         for x in monomial:
@@ -253,7 +253,7 @@ class Sums:
                 a, b = b, a
                 ratio, place, scale = c / c_other, (v, other_monomial, monomial), c_other
             size = magnitudes.get(abs(ratio)) or self.magnitude(abs(ratio))
-            pair = _new(Pair, (a, b, size if ratio > 0.0 else -size))
+            pair = _new(TermPair, (a, b, size if ratio > 0.0 else -size))
             touched[pair] = None
             if add:
                 pairs[pair][place] = common, scale

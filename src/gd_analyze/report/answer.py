@@ -40,7 +40,7 @@ class VerdictList(NamedTuple):
     words: str
 
 
-def verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
+def shown_verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
     """Facts of `verdict_section` that people see."""
     section = verdict_section(findings.dominance)
     facts = (part for part in section.parts if isinstance(part, Fact) and part.label)

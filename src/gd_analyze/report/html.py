@@ -10,11 +10,11 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from gd_analyze.figures.figure import COLOURS, WIDTH, Figure, Key
+from gd_analyze.figures.figure import COLOURS, FIGURE_WIDTH, Figure, LegendKey
 from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.report.numbering import Numbers, is_seen
+from gd_analyze.report.numbering import PartNumbers, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.text import pretty, signed, unbroken
 
@@ -26,7 +26,7 @@ _MATHS = PageMathML()
 
 def page_of(result: Result) -> str:
     """Write a result as a page; styles, drawings and scripts are inside it."""
-    numbers = Numbers.of(result.parts)
+    numbers = PartNumbers.of(result.parts)
     sections = [part for part in result.parts if isinstance(part, Section)]
     body = (
         f'<section id="answer">\n{opening(result)}\n</section>\n'
@@ -94,7 +94,7 @@ def _facts(facts: Iterable[Part]) -> str:
     return f'<dl class="facts">\n{rows}</dl>\n' if rows else ""
 
 
-def parts_html(parts: Sequence[Part], numbers: Numbers, level: int = 2) -> str:
+def parts_html(parts: Sequence[Part], numbers: PartNumbers, level: int = 2) -> str:
     """Write parts in order, sections with a heading of that level; facts in a row stand together."""
     out: list[str] = []
     for kind, alike in groupby(parts, type):
@@ -122,7 +122,7 @@ def paragraphs(note: str, kind: str = "") -> str:
     return "".join(f"<p{mark}>{text(line)}</p>\n" for line in note.split("\n") if line)
 
 
-def table_html(table: Table, numbers: Numbers) -> str:
+def table_html(table: Table, numbers: PartNumbers) -> str:
     """A table that scrolls if it is wide and can be sorted if it is long."""
     if not is_seen(table):
         return ""
@@ -170,7 +170,7 @@ def _side(column: Column) -> str:
     return "" if column.is_text or column.shown in ("math", "effect", "share") else ' class="value"'
 
 
-def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
+def drawing_html(drawing: Drawing, numbers: PartNumbers) -> str:
     """Panels of a figure with legend and caption; empty places keep the shape of a matrix."""
     figure: Figure = drawing.figure
     panels = []
@@ -178,7 +178,7 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
         place = f' style="grid-area:{r + 1}/{c + 1}"' if None in figure.rows[r] else ""
         panels.append(f"<div{place}>{panel_svg(panel, figure)}</div>\n")
     # A panel as wide as a page scrolls where the screen is narrower.
-    is_wide = figure.columns == 1 and figure.width >= WIDTH
+    is_wide = figure.columns == 1 and figure.width >= FIGURE_WIDTH
     wide = f' scroll" role="group" aria-label="{escape(drawing.title)}" tabindex="0' if is_wide else ""
     return (
         f'<figure class="drawing" id="figure-{escape(drawing.key)}">\n{legend_html(figure.legend)}'
@@ -187,13 +187,13 @@ def drawing_html(drawing: Drawing, numbers: Numbers) -> str:
     )
 
 
-def legend_html(keys: Iterable[Key]) -> str:
+def legend_html(keys: Iterable[LegendKey]) -> str:
     """Looks and their meanings; nothing without keys."""
     entries = "".join(f"<span>{key_svg(key)}{text(key.label)}</span> " for key in keys)
     return f'<p class="legend">{entries}</p>\n' if entries else ""
 
 
-def caption_html(drawing: Drawing, numbers: Numbers) -> Markup:
+def caption_html(drawing: Drawing, numbers: PartNumbers) -> Markup:
     """Number, title and note of a figure."""
     return Markup("{}{} {}").format(numbers.of_figure(drawing.key), text(drawing.title), text(drawing.note))
 

@@ -30,7 +30,7 @@ from gd_analyze.report.html import (
 )
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import made_of, model_parts
-from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.numbering import PartNumbers
 from gd_analyze.result import Drawing, Section
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import structure_note
@@ -198,7 +198,7 @@ def _figure(key: str, value: Any, first: str, second: str) -> str:
     return f'<p class="result"><b id="budget-{key}">{value}</b> <span>{first}<br>{second}</span></p>'
 
 
-def _errors(findings: Findings, numbers: Numbers) -> str:
+def _errors(findings: Findings, numbers: PartNumbers) -> str:
     """Every joint's error against the budget, on a logarithmic scale; the slider updates it."""
     accuracy, proven, rows = findings.model.accuracy, tube_bound(findings), []
     for i, row in enumerate(joint_rows(findings, "simplified_model")):
@@ -225,7 +225,7 @@ def _errors(findings: Findings, numbers: Numbers) -> str:
     )
 
 
-def _model(findings: Findings, path: BudgetPath, numbers: Numbers) -> str:
+def _model(findings: Findings, path: BudgetPath, numbers: PartNumbers) -> str:
     """The model as equations; terms follow the slider."""
     model, kind = findings.model, made_of(findings)
     if kind != "terms":

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from gd_analyze.figures.arm import arm_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.structure import crosses, matrix_figure, shares_figure
-from gd_analyze.report.answer import VerdictList, validity, verdict_lists
+from gd_analyze.report.answer import VerdictList, shown_verdict_lists, validity
 from gd_analyze.report.budget import BudgetPath
-from gd_analyze.report.numbering import Numbers
+from gd_analyze.report.numbering import PartNumbers
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Drawing, Result, Section, Table
 from gd_analyze.results.findings import Findings
@@ -43,7 +43,7 @@ class MainReport(NamedTuple):
     errors: Table | None  # None where no budget gives a model with errors
     notes: tuple[str, ...]  # notices that do not stand before the answer
     appendices: tuple[Section, ...]
-    numbers: Numbers
+    numbers: PartNumbers
 
 
 def main_report(findings: Findings) -> MainReport:
@@ -81,11 +81,11 @@ def main_report(findings: Findings) -> MainReport:
     if not findings.model.is_exact or BudgetPath.of(findings).moves:
         errors = joint_errors(findings.model, tube_bound(findings), "errors")
     appendices = sections(findings)
-    numbers = Numbers.of((structure, shares, *((errors,) if errors else ()), *effects, *appendices))
+    numbers = PartNumbers.of((structure, shares, *((errors,) if errors else ()), *effects, *appendices))
     return MainReport(
         opening,
         validity(findings),
-        verdict_lists(findings),
+        shown_verdict_lists(findings),
         Drawing("arm", "Poses of the arm and the path of its end effector.", arm_figure(findings)),
         structure,
         shares,

@@ -13,7 +13,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.figures.reach import reach_figure
 from gd_analyze.formulas.formula import Symbol
-from gd_analyze.formulas.languages import equations
+from gd_analyze.formulas.languages import equation_part
 from gd_analyze.formulas.writing import energy_formulas, part_symbol, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
@@ -58,19 +58,19 @@ def model_parts(findings: Findings) -> tuple[Part, ...]:
     if is_unreadable(findings):
         return _substitute_parts(findings)
     if kind == "parts":
-        return (equations("model", "", findings.element_model.formulas, note=_PARTS),)
+        return (equation_part("model", "", findings.element_model.formulas, note=_PARTS),)
     if model.level.is_mechanical:
         with_velocities = (
             TorqueTerm(0, () if t.is_potential else (Velocity(1, t.i), Velocity(1, t.j)), t.monomial)
             for t in model.terms
         )
         legend = torque_legend(model.form.velocities, with_velocities)
-        return (equations("model", "", energy_formulas(model.terms), legend, _ENERGY),)
+        return (equation_part("model", "", energy_formulas(model.terms), legend, _ENERGY),)
     if kind == "terms":
         by_element = model.equations
         note = f"{structure_note(model)}\n{_TERMS}".lstrip()
-        return (equations("model", "", by_element.formulas, by_element.legend, note),)
-    return (equations("model", "", model.formulas, model.legend, _STEPS),)
+        return (equation_part("model", "", by_element.formulas, by_element.legend, note),)
+    return (equation_part("model", "", model.formulas, model.legend, _STEPS),)
 
 
 def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
@@ -81,7 +81,7 @@ def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
         f"elements, with an error of up to {percent(share)} of peak torque at the set points. The exact "
         f"torque takes {findings.model.operations_full.total} operations; `model.json` has it.\n{_PARTS}"
     )
-    return (equations("model", "", elements.formulas, note=note),)
+    return (equation_part("model", "", elements.formulas, note=note),)
 
 
 def _largest_share(model: SimplifiedModel) -> float:
@@ -315,7 +315,7 @@ def founding_section(findings: Findings) -> Section:
     )
     parts = (
         _kept_matrix(findings),
-        equations("elements", "", elements.formulas, note=_PARTS),
+        equation_part("elements", "", elements.formulas, note=_PARTS),
         _operations("element_operations", elements),
         *_dropped(findings),
         *_by_verdicts(findings),

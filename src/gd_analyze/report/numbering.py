@@ -10,14 +10,14 @@ from markupsafe import Markup
 from gd_analyze.result import Drawing, Fact, Part, Section, Table
 
 
-class Numbers(NamedTuple):
+class PartNumbers(NamedTuple):
     """Numbers of drawings and tables by their keys, in the order in which a reader meets them."""
 
     figures: dict[str, int]
     tables: dict[str, int]
 
     @classmethod
-    def of(cls, parts: Sequence[Part]) -> Numbers:
+    def of(cls, parts: Sequence[Part]) -> PartNumbers:
         """Count drawings, and tables that people see."""
         all_parts = [*flat(parts)]
         drawings = dict.fromkeys(part.key for part in all_parts if isinstance(part, Drawing))

@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.figures.figure import ON_PAPER, WIDTH, Figure
+from gd_analyze.figures.figure import FIGURE_WIDTH, ON_PAPER, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
@@ -22,7 +22,7 @@ from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.report.answer import VerdictList
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
-from gd_analyze.report.numbering import Numbers, flat, is_seen
+from gd_analyze.report.numbering import PartNumbers, flat, is_seen
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, stop_facts, tube_bound
@@ -62,7 +62,7 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
     matrix = report.structure.figure
     matrix_drawing = replace(report.structure, figure=replace(matrix, legend=()))
     drawings = drawings_of((matrix_drawing, *first[1:], *report.appendices))
-    drawings["legend"] = figure_svg(replace(matrix, rows=(), width=WIDTH))
+    drawings["legend"] = figure_svg(replace(matrix, rows=(), width=FIGURE_WIDTH))
     return partial(typeset, "report.typ", data, drawings, findings.provenance["created"])
 
 
@@ -77,7 +77,7 @@ def _verdict(group: VerdictList) -> dict[str, Any]:
     }
 
 
-def _errors(findings: Findings, table: Table, numbers: Numbers) -> dict[str, Any]:
+def _errors(findings: Findings, table: Table, numbers: PartNumbers) -> dict[str, Any]:
     """Bars and figures of every joint's error, sampled and proven, against the budget."""
     accuracy, bound = findings.model.accuracy, tube_bound(findings)
     used = _used(findings, accuracy.errors.largest)
@@ -109,13 +109,15 @@ def result_data(result: Result) -> dict[str, Any]:
         "headline": unbroken(pretty(result.headline)),
         "facts": [[pretty(fact.written), pretty(fact.label)] for fact in facts],
         "notices": [pretty(notice) for notice in result.notices],
-        "parts": parts_data(result.parts, Numbers.of(result.parts)),
+        "parts": parts_data(result.parts, PartNumbers.of(result.parts)),
         "provenance": [[label.replace("_", " "), value] for label, value in result.provenance.items()],
         "run": result.provenance.get("run", ""),
     }
 
 
-def parts_data(parts: Sequence[Part], numbers: Numbers, most_rows: int | None = None) -> list[dict[str, Any]]:
+def parts_data(
+    parts: Sequence[Part], numbers: PartNumbers, most_rows: int | None = None
+) -> list[dict[str, Any]]:
     """Parts for people as JSON values, each with its kind; of longer tables the first `most_rows` rows."""
     return [_part(part, numbers, most_rows) for part in parts if is_seen(part)]
 
@@ -125,7 +127,7 @@ def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
     return {part.key: figure_svg(part.figure) for part in flat(parts) if isinstance(part, Drawing)}
 
 
-def _part(part: Part, numbers: Numbers, most_rows: int | None) -> dict[str, Any]:
+def _part(part: Part, numbers: PartNumbers, most_rows: int | None) -> dict[str, Any]:
     if isinstance(part, Fact):
         return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
     if isinstance(part, Section):
@@ -157,7 +159,7 @@ def _shortened(table: Table, most_rows: int | None) -> Table:
     return replace(table, top=most_rows, note=note)
 
 
-def _table(table: Table, numbers: Numbers) -> dict[str, Any]:
+def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
     printed = table.shown()
     columns = [column for column, _, _ in printed]

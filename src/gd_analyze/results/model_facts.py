@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.result import Column, Fact, Table, joint_columns, written
+from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
@@ -32,8 +32,8 @@ class WorstError(NamedTuple):
     def size(self) -> str:
         """The figure alone: "0.94 %" or "0.93 N m"."""
         if self.of:
-            return written(self.value, "", "bound_percent" if self.is_bound else "percent")
-        return written(self.value, self.unit, "bound" if self.is_bound else "number")
+            return value_text(self.value, "", "bound_percent" if self.is_bound else "percent")
+        return value_text(self.value, self.unit, "bound" if self.is_bound else "number")
 
     @property
     def text(self) -> str:

@@ -11,7 +11,7 @@ from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import NOTHING, Row, effect_of, rows_of, table_of
+from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import UNITS
 from gd_analyze.simplification.accuracy import share_of
@@ -176,7 +176,7 @@ def verdict_rows(findings: Findings) -> list[Row]:
         *(table[name].values.tolist() for name in names), strict=True
     ):
         verdicts = [effect_of({"quantity": quantity}, verdict) for verdict in by_motion]
-        changes = len({"" if verdict in NOTHING else verdict for verdict in verdicts}) > 1
+        changes = len({"" if verdict in NEGLIGIBLE_VERDICTS else verdict for verdict in verdicts}) > 1
         rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows
 

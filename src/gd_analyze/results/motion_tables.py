@@ -13,7 +13,7 @@ from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import arrays_on_demand, decomposition_coordinates, on_demand
 from gd_analyze.dynamics.dominance import elements, rank
-from gd_analyze.dynamics.friction import TERMS
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.logged import ColumnUse, Recording
@@ -270,7 +270,7 @@ def measured_torque_table(
         "resembles": np.array(comparison.resembles),
     }
     if fit_friction:
-        for k, name in enumerate(TERMS):
+        for k, name in enumerate(FRICTION_TERMS):
             values |= {name: friction.terms[:, k], f"{name}_error": friction.errors[:, k]}
         for name in ("correlation", "explained"):
             values[f"{name}_beside_friction"] = getattr(friction, name)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 # Verdicts of elements that do not matter.
-NOTHING = {"negligible", "zero"}
+NEGLIGIBLE_VERDICTS = {"negligible", "zero"}
 
 
 def joint_rows(findings: Findings, *groups: str) -> list[Row]:
@@ -66,7 +66,9 @@ def element_rows(findings: Findings) -> list[Row]:
 def effect_of(row: Row, verdict: str | None = None) -> str:
     """The verdict of a row of `element_rows`, or one on its element; that on gravity is "gravity"."""
     verdict = verdict or row["verdict"]
-    return "gravity" if row["quantity"] == "gravity_loading" and verdict not in NOTHING else verdict
+    return (
+        "gravity" if row["quantity"] == "gravity_loading" and verdict not in NEGLIGIBLE_VERDICTS else verdict
+    )
 
 
 def threshold_text(findings: Findings) -> str:

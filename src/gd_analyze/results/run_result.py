@@ -14,10 +14,10 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.figures.elements import LETTERS
-from gd_analyze.formulas.languages import equations
+from gd_analyze.formulas.languages import equation_part
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import in_words
-from gd_analyze.result import Fact, Part, Result, Section, Table, written
+from gd_analyze.result import Fact, Part, Result, Section, Table, value_text
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -100,7 +100,9 @@ def _equations(findings: Findings) -> Iterator[Part]:
         return
     by_element = model.equations
     yield replace(
-        equations("equations_by_element", "", by_element.formulas, by_element.legend, structure_note(model)),
+        equation_part(
+            "equations_by_element", "", by_element.formulas, by_element.legend, structure_note(model)
+        ),
         most_lines=_MOST_LINES,
     )
 
@@ -141,7 +143,7 @@ def used_words(row: Row) -> str:
     share = row["proven_share"]
     if share is None or share > 1.0:
         return "not proven"
-    return f"uses {written(share, '', 'bound_percent')} (proven)"
+    return f"uses {value_text(share, '', 'bound_percent')} (proven)"
 
 
 def stop_facts(findings: Findings) -> tuple[Fact, ...]:
@@ -489,7 +491,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         "operations_full": asdict(elements.operations_full),
     }
     return _for_json(
-        equations=list(equations("equations", "", findings.model.formulas).lines),
+        equations=list(equation_part("equations", "", findings.model.formulas).lines),
         elements=of_elements,
         terms=rows_of(tables["terms"], "rank"),
         terms_total=tables["terms"].attrs["total"],

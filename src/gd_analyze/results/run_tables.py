@@ -26,7 +26,7 @@ from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_torque import PayloadEffect, losses
 from gd_analyze.simplification.term_ranking import TermRanking
-from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, operations_by_quantity
+from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, operations_by_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,7 +119,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
     """Tabulate torque errors and operations of models by verdicts, our own and the founding text's."""
     form = exact.form
-    names = VERDICTS if text_verdicts(exact.arm.name) else VERDICTS[:1]
+    names = VERDICT_SOURCES if text_verdicts(exact.arm.name) else VERDICT_SOURCES[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
     fewest = [program.count.total for program in form.functions]
     all_terms = ELEMENT.terms(form)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gd_analyze.certification.held import Held
-from gd_analyze.formulas.languages import Written, equations
+from gd_analyze.formulas.languages import Written, equation_part
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import Column, Fact, Part, Result, Table, columns_of
 from gd_analyze.results.model_facts import (
@@ -128,7 +128,9 @@ def _model_parts(
         )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
     equation_set = model.equations if joint_velocities else Written(model.formulas, model.legend)
-    written = equations("equations", title, equation_set.formulas, equation_set.legend, note, digits=digits)
+    written = equation_part(
+        "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
+    )
     if model.level.has_torque_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import h5py
     import xarray as xr
 
-FORMAT = "gd-analyze results"
+RESULTS_FORMAT = "gd-analyze results"
 # First bytes of an HDF5 file.
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # Bytes between the HDF5 file and its digest.
@@ -83,7 +83,7 @@ def write_results(findings: Findings, path: Path) -> None:
     }
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
-    attributes = {"format": FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
+    attributes = {"format": RESULTS_FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
     attributes["warnings"] = "\n".join(findings.warnings)
     tables = {**findings.tables, "documents": stored}
     write_tables(path, {name: tables[name] for name in GROUPS if name in tables}, attributes)
@@ -215,7 +215,7 @@ def _opened(path: Path) -> Iterator[h5py.File]:
 
 def _require_ours(file: h5py.File, path: Path) -> None:
     attributes, groups = read_attributes(file), list(file)
-    schema, is_ours = attributes.get("schema"), attributes.get("format") == FORMAT
+    schema, is_ours = attributes.get("schema"), attributes.get("format") == RESULTS_FORMAT
     if is_ours and schema != SCHEMA_VERSION:
         message, next_step = "has another schema version", "use the gd-analyze that wrote it, or run again"
         raise _refusal(path, f"the results file {message}", str(schema), str(SCHEMA_VERSION), next_step)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Models = tuple[SimplifiedModel, SimplifiedModel, Torques]
 # What a value is, the value found and the value expected.
-Pair = tuple[str, Any, Any]
+Comparison = tuple[str, Any, Any]
 
 
 def require_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models | None = None) -> None:
@@ -39,7 +39,7 @@ def require_fit(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models 
 _OF_SOME_SET_POINTS = {"dominance_over_time", "robustness"}
 
 
-def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
+def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Comparison]:
     of_arm = {
         "element": sorted(element.label for element in elements(arm.n_joints)),
         "part": sorted(part.label for part in parts_of(arm.n_joints)),
@@ -66,7 +66,7 @@ def _labels(tables: Mapping[str, xr.Dataset], arm: RobotArm) -> Iterator[Pair]:
             yield f"{name} of motions", tables["motions"][name].values.tolist(), ranked
 
 
-def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
+def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Comparison]:
     """Numbers are nan exactly where they are unknown, and equal where they are stored twice."""
     motion, beyond, tube, parts = (tables[name] for name in ("trajectory", "beyond", "tube", "parts"))
     model_table, budgets = tables["simplified_model"], tables["budgets"]
@@ -118,7 +118,7 @@ def _numbers(tables: Mapping[str, xr.Dataset]) -> Iterator[Pair]:
         yield "friction of measured_torque", friction & {*table.data_vars} or friction, friction
 
 
-def _models(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models) -> Iterator[Pair]:
+def _models(tables: Mapping[str, xr.Dataset], arm: RobotArm, models: Models) -> Iterator[Comparison]:
     model, by_elements, ranked = models
     for stored_model in (model, by_elements):
         yield "the arm of a model", describe(stored_model.arm), describe(arm)

@@ -14,7 +14,7 @@ from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.term_ranking import TermRanking
-from gd_analyze.simplification.trade_off import KINDS, TradeOffPoint, curves
+from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, TradeOffPoint, curves
 
 # Shares of peak torque for which the result states the number of terms.
 _SHARES = (0.1, 0.01, 0.001)
@@ -100,7 +100,7 @@ def trade_off_result(
         Column("largest_share", "", [point.error_share for point in points]),
     )
     saves = any(point.operations.total < full.total for point in points)
-    absent = [level.name for level, refit in KINDS if not refit and (level, refit) not in kinds]
+    absent = [level.name for level, refit in LEVELS_AND_REFITS if not refit and (level, refit) not in kinds]
     reason = too_many_terms(exact.form)
     exact_operations = asdict(full) | {"total": full.total}
     drives = drives_text(arm, exact.form.drives)

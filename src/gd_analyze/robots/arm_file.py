@@ -34,7 +34,7 @@ from gd_analyze.robots.parts import (
     symmetric_tensor,
 )
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, text_of
+from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, read_text
 from gd_analyze.text import in_python
 
 # Bytes of a thousand joints with their links and drives.
@@ -243,7 +243,7 @@ def read_drives(path: str | Path) -> tuple[Drive, ...]:
 
 def text_of_arm_file(path: Path) -> str:
     """Text of an arm file; ArmError if it cannot be read, is not text, or is too long."""
-    return text_of(path, "arm file", _LARGEST_FILE)
+    return read_text(path, "arm file", _LARGEST_FILE)
 
 
 def _table(table: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> dict[str, Any]:

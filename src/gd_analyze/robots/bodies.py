@@ -19,7 +19,7 @@ from gd_analyze.robots.parts import Link, Placement, second_moment
 from gd_analyze.text import number
 
 # Findings of a check: place and sentence.
-Findings = Iterator[tuple[str, str]]
+PlacedFindings = Iterator[tuple[str, str]]
 
 # Mass below which a link counts as massless, kg.
 NO_MASS = 1e-6
@@ -58,7 +58,7 @@ def ball_density(link: Link) -> float:
     return link.mass / volume if volume > 0.0 else math.inf
 
 
-def centres_fit_another_reading(arm: RobotArm) -> Findings:
+def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
     """Centres of mass that lie near the lines with another sign or in another frame: all of them, or one."""
     links, lines = described_links(arm)[:-1], _lines(arm)
     heavy = np.array([link.mass >= NO_MASS for _, link in links])
@@ -87,7 +87,7 @@ def centres_fit_another_reading(arm: RobotArm) -> Findings:
             )
 
 
-def inertials_of_other_links(arm: RobotArm) -> Findings:
+def inertials_of_other_links(arm: RobotArm) -> PlacedFindings:
     """Centres of mass that lie near the lines of the next links, or of those before."""
     links, lines = [link for _, link in described_links(arm)], _lines(arm)
     if arm.n_joints < 5 or any(link.mass < NO_MASS for link in links) or arm.reach <= 0.0:
@@ -107,7 +107,7 @@ def inertials_of_other_links(arm: RobotArm) -> Findings:
         yield f"arm {arm.name}", f"{text}, {reading}; is every inertial shifted by one link?"
 
 
-def inertias_about_the_joints(arm: RobotArm) -> Findings:
+def inertias_about_the_joints(arm: RobotArm) -> PlacedFindings:
     """Inertias about the links' frames, given as about the centres of mass.
 
     About its frame a link has at least the second moment of its mass at its centre, m c c^T: a rod 4/3 of
@@ -129,7 +129,7 @@ def inertias_about_the_joints(arm: RobotArm) -> Findings:
         yield f"arm {arm.name}", f"{text} are as large as about the frame; are they about the centre of mass?"
 
 
-def inertias_too_small(arm: RobotArm) -> Findings:
+def inertias_too_small(arm: RobotArm) -> PlacedFindings:
     """Half of the links denser than 2e5 kg/m^3; makers' files have 20 to 2000, 3e4 times more in g m^2."""
     densities = [ball_density(link) for _, link in described_links(arm) if weighs(link) and not link.is_point]
     if len(densities) < 3:
@@ -140,7 +140,7 @@ def inertias_too_small(arm: RobotArm) -> Findings:
         yield f"arm {arm.name}", f"{text}; are they in kg m^2, and the masses in kg?"
 
 
-def lighter_than_its_neighbours(arm: RobotArm) -> Findings:
+def lighter_than_its_neighbours(arm: RobotArm) -> PlacedFindings:
     """Inertials of two links swapped near the end: the third link from the end is the lightest by far."""
     masses = [link.mass for _, link in described_links(arm)]
     if arm.n_joints < 5 or masses[-3] < NO_MASS:

@@ -16,7 +16,7 @@ from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm, read_drives
-from gd_analyze.robots.limits import Given, locks_of, value_in, with_limits
+from gd_analyze.robots.limits import GivenLimits, locks_of, value_in, with_limits
 from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.text import in_python
@@ -45,7 +45,7 @@ def load_arm(
     tip: str | None = None,
     base: str | None = None,
     lock: Mapping[str, float] | Sequence[str] = (),
-    limits: Given = None,
+    limits: GivenLimits = None,
     gravity: Sequence[float] | str | None = None,
     drive_inertia: Sequence[float] | str | None = None,
 ) -> RobotArm:

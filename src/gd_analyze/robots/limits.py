@@ -16,11 +16,11 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.text_file import parsed_toml, text_of
+from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.text import LARGEST, in_python, number_in, visible
 
 # Limits as a user gives them.
-Given = Mapping[str, float] | Sequence[str] | str | Path | None
+GivenLimits = Mapping[str, float] | Sequence[str] | str | Path | None
 
 # MoveIt writes 0.2 kB per joint.
 _LARGEST_FILE = 200_000
@@ -73,7 +73,7 @@ def _pair(text: object) -> tuple[str, str]:
     return name.strip(), value
 
 
-def with_limits(arm: RobotArm, limits: Given) -> RobotArm:
+def with_limits(arm: RobotArm, limits: GivenLimits) -> RobotArm:
     """Add acceleration limits: by joint, as texts ("joint=value", "all=value", all values), or from a file.
 
     Raises UsageError for any other word, and ArmError for a file.
@@ -123,7 +123,7 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
 def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     """Limits of the arm's joints in a file, which may hold other joints, too."""
     kind = "file of limits"
-    text = text_of(path, kind, _LARGEST_FILE)
+    text = read_text(path, kind, _LARGEST_FILE)
     is_toml = path.suffix.lower() == ".toml"
     table = _joint_limits(parsed_toml(path, text, kind) if is_toml else parsed_yaml(path, text, kind))
     names = [joint.name for joint in arm.joints]

@@ -18,8 +18,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.files import temporary_folder
 from gd_analyze.robots.frames import straight
-from gd_analyze.robots.text_file import Node, pinocchio_model
-from gd_analyze.robots.tree import Mimic, Notes, Tree, named
+from gd_analyze.robots.text_file import Node, parsed_model
+from gd_analyze.robots.tree import Mimic, Notes, Tree, some_names
 
 _EXPANDED_BY_MUJOCO = ("include", "frame", "replicate", "attach", "composite", "flexcomp")
 _OF_COMPILER = ("angle", "eulerseq", "autolimits")
@@ -66,7 +66,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     with temporary_folder() as folder:
         copy = folder / "robot.xml"
         copy.write_text(bare.text(), encoding="utf-8")
-        model = pinocchio_model(lambda: pin.buildModelFromMJCF(str(copy)), "MJCF", path, notes.lines)
+        model = parsed_model(lambda: pin.buildModelFromMJCF(str(copy)), "MJCF", path, notes.lines)
     gravity = [0.0, 0.0, -9.81]
     for option in root.all("option"):
         gravity = option.numbers("gravity", 3, " ".join(map(repr, gravity)))
@@ -85,7 +85,9 @@ def read_mjcf(path: Path, root: Node) -> Tree:
                 notes.doubts.append(("", doubt))
     _limit_efforts(root, model)
     if bodies.shaped:
-        sentence = f"Mass and inertia not stated, computed from primitive shapes: {named(bodies.shaped)}."
+        sentence = (
+            f"Mass and inertia not stated, computed from primitive shapes: {some_names(bodies.shaped)}."
+        )
         notes.assumptions.append(sentence)
     return tree
 

@@ -17,7 +17,7 @@ from gd_analyze.robots.frames import straight, without_round_off
 from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
 from gd_analyze.robots.text_file import read_xml
-from gd_analyze.robots.tree import Notes, Tree, TreeJoint, chain_of, named
+from gd_analyze.robots.tree import Notes, Tree, TreeJoint, chain_of, some_names
 from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.text import LARGEST, shortened, visible
 
@@ -182,7 +182,7 @@ def _held_sentence(
         if joint.index in held_values and joint.index in near
     ]
     if values:
-        yield f"Held, with the bodies they carry: {named(values)}."
+        yield f"Held, with the bodies they carry: {some_names(values)}."
 
 
 def _identifier(name: str, stem: str) -> str:

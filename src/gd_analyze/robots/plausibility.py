@@ -17,7 +17,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import (
     NO_MASS,
-    Findings,
+    PlacedFindings,
     ball_density,
     centres_fit_another_reading,
     described_links,
@@ -83,21 +83,21 @@ def check_payload(body: Link, reach: float) -> Iterator[str]:
         yield f"a payload {distance:.3g} m from its frame is too far away for {of_arm}; is it in metres?"
 
 
-def gravity_too_strong(arm: RobotArm) -> Findings:
+def gravity_too_strong(arm: RobotArm) -> PlacedFindings:
     """Gravity on Jupiter is 25 m/s^2; 9.81 with a misplaced decimal point is at least 98.1."""
     strength = float(np.linalg.norm(arm.gravity))
     if strength > 30.0:
         yield f"arm {arm.name}", f"gravity is {strength:g} m/s^2; on Earth it is 9.81"
 
 
-def angle_beyond_a_turn(arm: RobotArm) -> Findings:
+def angle_beyond_a_turn(arm: RobotArm) -> PlacedFindings:
     """An angle of a Denavit-Hartenberg table in degrees."""
     for place, key, angle in _angles(arm):
         if abs(angle) > _FULL_TURN + _TYPED:
             yield place, f"{key} is {angle:g} rad, more than a full turn; if in degrees, write {key}_deg"
 
 
-def angle_of_pi_degrees(arm: RobotArm) -> Findings:
+def angle_of_pi_degrees(arm: RobotArm) -> PlacedFindings:
     """An angle in radians under a key in degrees."""
     for place, key, angle in _angles(arm):
         degrees = math.degrees(angle)
@@ -106,7 +106,7 @@ def angle_of_pi_degrees(arm: RobotArm) -> Findings:
                 yield place, f"{key} is {degrees:g} degrees, which is {name}; if in radians, write {key}"
 
 
-def length_in_millimetres(arm: RobotArm) -> Findings:
+def length_in_millimetres(arm: RobotArm) -> PlacedFindings:
     """The longest booms between two joints have 15 m; an arm on a desk has some length of 20 mm."""
     for joint, link, row in zip_longest(arm.joints, arm.links, arm.dh_table):
         if row is not None:
@@ -120,7 +120,7 @@ def length_in_millimetres(arm: RobotArm) -> Findings:
                 yield place, f"{key} is {length:g} m long; if in mm, {advice}"
 
 
-def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
+def offset_far_beyond_the_others(arm: RobotArm) -> PlacedFindings:
     """A misplaced decimal point: the longest offset of real arms is at most the sum of all others, or 3 m."""
     offsets = [
         (place, float(np.linalg.norm(frame.translation)))
@@ -134,7 +134,7 @@ def offset_far_beyond_the_others(arm: RobotArm) -> Findings:
         yield place, f"{text}: is the decimal point right?"
 
 
-def massless_among_bodies(arm: RobotArm) -> Findings:
+def massless_among_bodies(arm: RobotArm) -> PlacedFindings:
     """A link without stated mass between links with mass."""
     stated = described_links(arm)
     heavy = [k for k, (_, link) in enumerate(stated) if weighs(link)]
@@ -144,7 +144,7 @@ def massless_among_bodies(arm: RobotArm) -> Findings:
             yield place, f"link {link.name} has no mass, but links before and after it have; is it missing?"
 
 
-def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
+def prismatic_range_in_millimetres(arm: RobotArm) -> PlacedFindings:
     """Gantries run along 100 m."""
     for joint in arm.joints:
         end = _end(joint)
@@ -152,7 +152,7 @@ def prismatic_range_in_millimetres(arm: RobotArm) -> Findings:
             yield joint.place, f"the range goes to {end:g} m; if in mm, give m, or range_mm in TOML"
 
 
-def revolute_range_in_degrees(arm: RobotArm) -> Findings:
+def revolute_range_in_degrees(arm: RobotArm) -> PlacedFindings:
     """Ranges of real joints end within two turns, at a multiple of half a turn, or far out (no limit)."""
     for joint in arm.joints:
         end = _end(joint)
@@ -164,7 +164,7 @@ def revolute_range_in_degrees(arm: RobotArm) -> Findings:
             yield joint.place, f"the range goes to {end:g} rad, which is {turns:.3g} turns; {advice}"
 
 
-def velocity_in_degrees(arm: RobotArm) -> Findings:
+def velocity_in_degrees(arm: RobotArm) -> PlacedFindings:
     """The fastest wrists turn at 40 rad/s; even slow joints reach 60 degrees per second."""
     for joint in arm.joints:
         limit = joint.velocity_limit or 0.0
@@ -173,7 +173,7 @@ def velocity_in_degrees(arm: RobotArm) -> Findings:
             yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {advice}"
 
 
-def velocity_in_turns_per_minute(arm: RobotArm) -> Findings:
+def velocity_in_turns_per_minute(arm: RobotArm) -> PlacedFindings:
     """Stretched out, arms reach 6 m/s at their end, and the fastest humanoid's 29 m/s."""
     lengths = _lengths_beyond(arm)
     for joint, length in zip(arm.joints, lengths, strict=True):
@@ -184,7 +184,7 @@ def velocity_in_turns_per_minute(arm: RobotArm) -> Findings:
             return
 
 
-def torque_limit_in_newton_millimetres(arm: RobotArm) -> Findings:
+def torque_limit_in_newton_millimetres(arm: RobotArm) -> PlacedFindings:
     """Drives of desk arms hold 75 times the weight beyond their joint, those of larger arms 40 times.
 
     Legs and fingers below 1 kg state limits of some thousand times their weight.
@@ -206,7 +206,7 @@ def torque_limit_in_newton_millimetres(arm: RobotArm) -> Findings:
             yield joint.place, f"the torque limit is {limit:g} N m beside {weight}; in N mm, or is it none?"
 
 
-def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
+def inertia_wider_than_the_arm(arm: RobotArm) -> PlacedFindings:
     """Radii of gyration are below 0.5 reaches; in kg cm^2 the longest link has 3 or more, in kg mm^2 30."""
     for place, link in described_links(arm):
         if _is_wide(link, arm.reach):
@@ -214,7 +214,7 @@ def inertia_wider_than_the_arm(arm: RobotArm) -> Findings:
             yield place, f"with {link.mass:g} kg {width}; is it in kg cm^2, kg mm^2 or g mm^2, not kg m^2?"
 
 
-def mass_too_large_for_reach(arm: RobotArm) -> Findings:
+def mass_too_large_for_reach(arm: RobotArm) -> PlacedFindings:
     """The reach limits the mass where the inertia does not."""
     for place, link in described_links(arm):
         says_nothing = link.is_point or _is_wide(link, arm.reach)
@@ -222,7 +222,7 @@ def mass_too_large_for_reach(arm: RobotArm) -> Findings:
             yield place, f"a mass of {link.mass:g} kg is too much {_reaching(arm)}; in grams?"
 
 
-def masses_too_small_for_reach(arm: RobotArm) -> Findings:
+def masses_too_small_for_reach(arm: RobotArm) -> PlacedFindings:
     """All links together, in tonnes: desk arms, the lightest, have 4 kg per cubic metre of reach."""
     whole, least = sum(link.mass for _, link in described_links(arm)), 0.03 * arm.reach**3
     # Sliding joints have a long reach.
@@ -230,7 +230,7 @@ def masses_too_small_for_reach(arm: RobotArm) -> Findings:
         yield f"arm {arm.name}", f"all links together have {whole:.3g} kg, {_reaching(arm)}; in tonnes?"
 
 
-def mass_too_dense(arm: RobotArm) -> Findings:
+def mass_too_dense(arm: RobotArm) -> PlacedFindings:
     """Density of the smallest ball with a link's mass and inertia: 5 to 3000 kg/m^3, 3e7 times more in grams.
 
     Links with point masses reach 1e7, as an end effector of 0.1 kg with 10 kg in its middle.
@@ -243,7 +243,7 @@ def mass_too_dense(arm: RobotArm) -> Findings:
             yield place, f"no material is dense enough for {link.mass:g} kg with this inertia; in grams?"
 
 
-def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
+def centre_of_mass_beyond_reach(arm: RobotArm) -> PlacedFindings:
     """A centre of mass in mm. Frames at the near ends of links do not show the last link's length."""
     for place, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
@@ -252,7 +252,7 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> Findings:
             yield place, f"the centre of mass of link {link.name} is {where}; are its units metres?"
 
 
-def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
+def inertia_physically_inconsistent(arm: RobotArm) -> PlacedFindings:
     """A negative principal moment, or one larger than the sum of the other two."""
     for place, link in described_links(arm):
         message = _inconsistency(link)
@@ -260,7 +260,7 @@ def inertia_physically_inconsistent(arm: RobotArm) -> Findings:
             yield place, message
 
 
-def point_mass_among_bodies(arm: RobotArm) -> Findings:
+def point_mass_among_bodies(arm: RobotArm) -> PlacedFindings:
     """A link without inertia; an arm of point masses alone is a textbook model."""
     are_points = all(link.is_point for _, link in described_links(arm))
     for place, link in described_links(arm):
@@ -269,7 +269,7 @@ def point_mass_among_bodies(arm: RobotArm) -> Findings:
             yield place, f"link {link.name} has {mass} but no inertia, which other links have"
 
 
-def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
+def centre_of_mass_outside_link(arm: RobotArm) -> PlacedFindings:
     """A centre of mass lies within half the reach of a joint of its link; the last link's end is unknown."""
     farthest = max(0.6 * arm.reach, _LEAST_FAR)
     for (place, link), beyond in zip(described_links(arm), arm.joints[1:], strict=False):
@@ -281,7 +281,7 @@ def centre_of_mass_outside_link(arm: RobotArm) -> Findings:
             yield place, f"the centre of mass of link {link.name} is {where}; is it given in another frame?"
 
 
-def heavier_than_links_before(arm: RobotArm) -> Findings:
+def heavier_than_links_before(arm: RobotArm) -> PlacedFindings:
     """In arms of five or more joints each of the last two links has up to 0.31 of the mass before it.
 
     The third link from the end of a leg has 0.73. A finger's first links are as light as its last.
@@ -295,7 +295,7 @@ def heavier_than_links_before(arm: RobotArm) -> Findings:
             yield place, f"link {link.name} has {mass}: real arms get lighter towards the end effector"
 
 
-CHECKS: tuple[Callable[[RobotArm], Findings], ...] = (
+CHECKS: tuple[Callable[[RobotArm], PlacedFindings], ...] = (
     gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
     offset_far_beyond_the_others, massless_among_bodies,
     prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,

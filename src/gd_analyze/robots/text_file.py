@@ -39,7 +39,7 @@ _LONGEST_TEXT = 100
 _DEEPEST = 200
 
 
-def text_of(path: Path, kind: str, most: int) -> str:
+def read_text(path: Path, kind: str, most: int) -> str:
     """Text of a file; ArmError if it cannot be read, is larger, or is not UTF-8."""
     try:
         data = read_at_most(path, most)
@@ -214,7 +214,7 @@ def read_xml(path: Path) -> Node:
     return roots[0]
 
 
-def pinocchio_model(
+def parsed_model(
     build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
 ) -> Any:
     """Model built by Pinocchio; its parser's messages are kept off the terminal.

@@ -34,7 +34,7 @@ _KINDS = {
 }
 
 
-def named(names: Iterable[str]) -> str:
+def some_names(names: Iterable[str]) -> str:
     """Names as a list; of many only the first."""
     listed = list(names)
     n_more = len(listed) - _MOST_NAMED
@@ -196,7 +196,7 @@ def chain_of(
         path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
-            detail = f"the path to {tip} passes {named(joint.link for joint in path) or 'no joint'}"
+            detail = f"the path to {tip} passes {some_names(joint.link for joint in path) or 'no joint'}"
             message, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
             raise ArmError(message, where=where, found=detail, next_step="name a base on that path, or none")
         free = path[before.index(start) :]
@@ -242,7 +242,7 @@ def _known(kind: str, name: str, option: str, tree: Tree, names: Collection[str]
         return name
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else "choose a name from the file"
-    message, expected = f"there is no {kind} {name!r} in {tree.where}", named(names)
+    message, expected = f"there is no {kind} {name!r} in {tree.where}", some_names(names)
     raise ArmError(message, where=f"{option} {name}", expected=expected, next_step=hint)
 
 
@@ -319,7 +319,7 @@ def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
         between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
         if between:
-            detail = f"joints that move in the loop: {named(joint.name for joint in between)}"
+            detail = f"joints that move in the loop: {some_names(joint.name for joint in between)}"
             hint = f"{_locks(between)} holds them; or --tip selects an arm without the loop"
             message = f"links {links[0]} and {links[1]} close a loop"
             raise ArmError(message, where=where, found=detail, next_step=hint)
@@ -369,6 +369,8 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     message = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
     where = (tree.line("link", fork) if stem else None) or tree.where
-    error = BranchError(message, where=where, found=f"{len(at)} branches: {named(names)}", next_step=hint)
+    error = BranchError(
+        message, where=where, found=f"{len(at)} branches: {some_names(names)}", next_step=hint
+    )
     error.paths = {joint.link: [member.name for member in tree.path(joint.index)] for joint in free}
     raise error

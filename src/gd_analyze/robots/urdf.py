@@ -16,7 +16,7 @@ import pinocchio as pin
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.outlines import outline
-from gd_analyze.robots.text_file import Node, pinocchio_model
+from gd_analyze.robots.text_file import Node, parsed_model
 from gd_analyze.robots.tree import Mimic, Notes, Tree
 from gd_analyze.text import number, number_in
 
@@ -40,7 +40,7 @@ def read_urdf(path: Path, root: Node) -> Tree:
     _note_motor_inertias(root, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
     bare = Node("robot", {"name": "robot"}, root.where, parts)
-    model = pinocchio_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
+    model = parsed_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 along -z of the base are assumed.")
     name = root.attributes.get("name", "").strip() or path.stem
     return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))

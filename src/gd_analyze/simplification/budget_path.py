@@ -14,7 +14,7 @@ from gd_analyze.simplification.effort import effort_for
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
-from gd_analyze.simplification.selection import Choice, Selection, SelectionSettings, descend
+from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
 
 # Largest multiple of the model's budget.
 _LARGEST = 10.0
@@ -103,7 +103,7 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     needed = level.indispensable(form, listed)
     stays = np.array([term in needed for term in listed], dtype=bool)
     selection = Selection(
-        Choice(effects, base, level.costs(form, listed, 0)), np.ones(len(listed), dtype=bool)
+        TermChoice(effects, base, level.costs(form, listed, 0)), np.ones(len(listed), dtype=bool)
     )
     for factor in np.geomspace(1.0, _LARGEST, _STEPS + 1)[1:].tolist():
         descend(selection, stays, limit=factor)

@@ -40,7 +40,7 @@ def without_cache() -> Iterator[None]:
         _off.reset(before)
 
 
-def folder() -> Path | None:
+def cache_folder() -> Path | None:
     """Folder of the entries; None if the cache is off.
 
     The variable GD_ANALYZE_CACHE names another folder, or is "off" or empty.
@@ -64,7 +64,7 @@ def name_of(key: Any) -> str:
 
 def kept(name: str) -> Any:
     """Value of an entry as written; None if it is missing or damaged."""
-    place = folder()
+    place = cache_folder()
     if place is None:
         return None
     path = place / (name + _SUFFIX)
@@ -81,7 +81,7 @@ def kept(name: str) -> Any:
 
 def keep(name: str, value: Any) -> None:
     """Write an entry atomically; another process may do the same at the same time."""
-    place = folder()
+    place = cache_folder()
     if place is None:
         return
     body = json.dumps(value, allow_nan=False).encode()

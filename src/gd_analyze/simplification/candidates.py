@@ -22,7 +22,7 @@ from gd_analyze.simplification.effects import Mask, TermTorques
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import MOST_TERMS, ExactDynamics, ExactForm, has_more_terms
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
-from gd_analyze.simplification.selection import Choice, Selection
+from gd_analyze.simplification.selection import Selection, TermChoice
 from gd_analyze.text import SINE_PRICE
 
 # Number of terms beyond which the smallest are dropped beforehand.
@@ -62,7 +62,7 @@ class Candidates:
     level: CandidateLevel
     form: ExactForm
     terms: Terms
-    choice: Choice
+    choice: TermChoice
     stays: Mask
     total: int
     sine_price: int = SINE_PRICE
@@ -116,7 +116,7 @@ def candidates_of(
     if not isinstance(level, CandidateLevel):
         message = f"level {level.name} has no single terms to choose from"
         raise UsageError(message, where="level", expected="term or energy", found=level.name)
-    require_writable(exact, level)
+    require_few_terms(exact, level)
     all_terms = level.terms(exact.form)
     listed = list(all_terms)
     torques = _every_torque(level, exact.form)
@@ -137,7 +137,7 @@ def candidates_of(
                 next_step=next_step,
             )
     terms = {listed[k]: all_terms[listed[k]] for k in remaining.tolist()}
-    choice = Choice(
+    choice = TermChoice(
         torques.at(exact.states, remaining).over(allowed),
         base,
         level.costs(exact.form, list(terms), sine_price),
@@ -145,7 +145,7 @@ def candidates_of(
     return Candidates(level, exact.form, terms, choice, stays[remaining], len(listed), sine_price)
 
 
-def require_writable(exact: ExactDynamics, level: CandidateLevel) -> None:
+def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     if not has_more_terms(exact.form, MOST_TERMS):
         return
@@ -172,7 +172,7 @@ def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArra
     TooManyTermsError
         If the arm has too many terms to be written out.
     """
-    require_writable(exact, level)
+    require_few_terms(exact, level)
     return int((_peaks(_every_torque(level, exact.form), exact.states, allowed) > 1.0).sum())
 
 

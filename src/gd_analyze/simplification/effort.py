@@ -16,7 +16,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Program, read_back, written
+from gd_analyze.operations.program import Program, plain_program, read_back
 from gd_analyze.simplification.cache import keep, kept, name_of
 
 
@@ -61,7 +61,7 @@ class Task:
     shipped: Any = field(default=None, compare=False)  # plain values of a program from a longer search
 
 
-def named(key: Any) -> str:
+def program_name(key: Any) -> str:
     """Name a program by everything it depends on: `key`, see `name_of`, this code and its platform."""
     return name_of([_surroundings(), key])
 
@@ -74,7 +74,7 @@ def kept_program(wanted: Task) -> Program:
             program = _read(stored, wanted)
             if wanted.is_right(program):
                 return program
-    values = written(wanted.write())
+    values = plain_program(wanted.write())
     keep(wanted.name, values)
     return _read(values, wanted)
 
@@ -92,7 +92,7 @@ def _read(values: Any, wanted: Task) -> Program:
     return program
 
 
-def inputs_of(states: States) -> dict[str, FloatArray]:
+def program_inputs(states: States) -> dict[str, FloatArray]:
     """Inputs of a program at states (N, n)."""
     named = zip(("q", "qd", "qdd"), states.last, strict=True)
     return {f"{name}{j + 1}": row for name, rows in named for j, row in enumerate(rows)}

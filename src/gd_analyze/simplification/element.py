@@ -27,7 +27,7 @@ from gd_analyze.simplification.level import Checked, Level, Terms
 
 
 @dataclass(frozen=True)
-class Part:
+class ElementPart:
     """One effect of one element; gravity loading has no split and counts as translation."""
 
     element: Element
@@ -45,16 +45,16 @@ class Part:
         return self.element.parts(quantities)[EFFECTS.index(self.effect)]
 
 
-def parts_of(n_joints: int) -> tuple[Part, ...]:
+def parts_of(n_joints: int) -> tuple[ElementPart, ...]:
     """All parts of an arm of n joints, in the order of its elements."""
     return tuple(
-        Part(element, effect)
+        ElementPart(element, effect)
         for element in elements(n_joints)
         for effect in (EFFECTS[:1] if element.quantity == "gravity_loading" else EFFECTS)
     )
 
 
-def kept_effects(n_joints: int, kept_parts: Collection[Part]) -> dict[str, str]:
+def kept_effects(n_joints: int, kept_parts: Collection[ElementPart]) -> dict[str, str]:
     """Effect kept of every element, by its label: one effect, "both" or "nothing"."""
     names = {(): "nothing", EFFECTS[:1]: EFFECTS[0], EFFECTS[1:]: EFFECTS[1], EFFECTS: "both"}
     chosen: dict[str, list[str]] = {element.label: [] for element in elements(n_joints)}
@@ -64,7 +64,9 @@ def kept_effects(n_joints: int, kept_parts: Collection[Part]) -> dict[str, str]:
     return {label: names[tuple(effects)] for label, effects in chosen.items()}
 
 
-def torque_by_part(quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[Part, ...]) -> FloatArray:
+def torque_by_part(
+    quantities: Mapping[Any, Any], qdd: FloatArray, parts: tuple[ElementPart, ...]
+) -> FloatArray:
     """Torque of every part, N m, (P, n, N), from a decomposition and accelerations (N, n) at its states."""
     count, n = qdd.shape
     out = np.zeros((len(parts), n, count))
@@ -83,16 +85,18 @@ class TracedParts:
     qdd: Array  # inputs, (n,)
     quantities: Mapping[str, Array]  # D, h and c by effect at one state, as a decomposition has them
 
-    def expression(self, part: Part) -> object:
+    def expression(self, part: ElementPart) -> object:
         """Expression (or constant) of one part."""
         return part.values(self.quantities)[0]
 
-    def torque(self, parts: Collection[Part], drive_inertia: Array | None) -> Array:
+    def torque(self, parts: Collection[ElementPart], drive_inertia: Array | None) -> Array:
         """Expressions of the torques (n,) from some parts alone; drive inertia (n,) is added to D."""
         inertia, h, c = self.assembled(parts, drive_inertia)
         return np.einsum("ij,j->i", inertia, self.qdd) + h + c
 
-    def assembled(self, parts: Collection[Part], drive_inertia: Array | None) -> tuple[Array, Array, Array]:
+    def assembled(
+        self, parts: Collection[ElementPart], drive_inertia: Array | None
+    ) -> tuple[Array, Array, Array]:
         """Expressions of D (n, n), h and c (n,) from some parts alone."""
         n = len(self.qdd)
         inertia, h, c = (np.full(shape, 0.0, dtype=object) for shape in ((n, n), n, n))
@@ -152,11 +156,11 @@ class ElementLevel(Level):
         n = form.arm.n_joints
         return parts_formulas(kept_effects(n, terms), n, form.drives)
 
-    def to_entry(self, term: Part, weight: float) -> Checked:
+    def to_entry(self, term: ElementPart, weight: float) -> Checked:
         """Write the part's label."""
         return _PartEntry(part=term.label)
 
-    def from_entry(self, form: ExactForm, entry: _PartEntry) -> tuple[Part, float]:
+    def from_entry(self, form: ExactForm, entry: _PartEntry) -> tuple[ElementPart, float]:
         """Find the part with this label."""
         parts = {part.label: part for part in parts_of(form.arm.n_joints)}
         if entry.part not in parts:

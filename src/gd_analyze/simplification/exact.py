@@ -22,7 +22,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import QUANTITIES, Energies, Torques
+from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Energies, Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
@@ -44,7 +44,7 @@ from gd_analyze.simplification.accuracy import (
     share_at,
 )
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, named
+from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, program_name
 from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
@@ -121,7 +121,9 @@ class ExactForm:
         key = ["exact", describe_in_full(self.arm), self.drives]
         path = shipped("programs", ".json").get(shipped_name(self))
         values = None if path is None else json.loads(path.read_bytes())
-        return kept_program(Task(named(key), self.arm.n_joints, shortest, self._is_short_torque, values))
+        return kept_program(
+            Task(program_name(key), self.arm.n_joints, shortest, self._is_short_torque, values)
+        )
 
     @cached_property
     def functions(self) -> Functions:
@@ -133,7 +135,7 @@ class ExactForm:
         # Shared parts take time to find: only where nested sums come close.
         close = [
             quantity
-            for quantity, nested_program, program in zip(QUANTITIES, nested, functions, strict=True)
+            for quantity, nested_program, program in zip(DYNAMICS_QUANTITIES, nested, functions, strict=True)
             if nested_program.count.total < _NEARLY * program.count.total
         ]
         terms = {term: weight for term, weight in self.torques.items() if term.quantity in close}
@@ -141,7 +143,7 @@ class ExactForm:
         return Functions(
             *(
                 min(programs, key=lambda program: program.count.total) if quantity in close else programs[0]
-                for quantity, *programs in zip(QUANTITIES, functions, nested, shared, strict=True)
+                for quantity, *programs in zip(DYNAMICS_QUANTITIES, functions, nested, shared, strict=True)
             )
         )
 

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.fast import FAST, require_numba
 from gd_analyze.simplification.levels import SearchOptions
@@ -37,7 +37,7 @@ class FastSettings:
     limit: float = 0.995  # of allowed errors, at the states of the search
 
 
-USUAL = FastSettings()
+USUAL_FAST = FastSettings()
 
 
 class FastSearch:
@@ -48,7 +48,7 @@ class FastSearch:
         exact: ExactDynamics,
         allowed: FloatArray,
         how: SearchOptions,
-        settings: FastSettings = USUAL,
+        settings: FastSettings = USUAL_FAST,
         *,
         progress: Callable[[int], None] | None = None,
         stage: Callable[[str], object] = lambda _: None,
@@ -74,7 +74,7 @@ class FastSearch:
 
     def _known(self, exact: ExactDynamics) -> tuple[dict[str, FloatArray], FloatArray, FloatArray]:
         """Inputs, torque, and the reciprocals of allowed errors at states."""
-        inputs = inputs_of(exact.states)
+        inputs = program_inputs(exact.states)
         scale = np.broadcast_to(1.0 / self.allowed[:, None], (len(self.allowed), len(exact.states)))
         if exact.states.weights is not None:
             scale = scale * exact.states.weights.T

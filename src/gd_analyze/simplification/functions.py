@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gd_analyze.operations.program import OperationCount, Program, slopes_of
+from gd_analyze.operations.program import OperationCount, Program, program_slopes
 from gd_analyze.operations.trace import Trace, is_constant
 
 
@@ -44,7 +44,7 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
     """D, row by row, as torque is linear in accelerations; for a `symmetric` D the upper half is computed."""
     trace, at_rest = Trace(), program.with_values(_zeros(n, "qd"))
     value = at_rest.folded(trace, _zeros(n, "qdd"))
-    columns = [slopes_of(at_rest, {f"qdd{j + 1}": 1.0}, value, trace) for j in range(n)]
+    columns = [program_slopes(at_rest, {f"qdd{j + 1}": 1.0}, value, trace) for j in range(n)]
     places = [(min(i, j), max(i, j)) if symmetric else (i, j) for i in range(n) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i, j in places])
 
@@ -53,7 +53,7 @@ def coriolis_centrifugal_program(program: Program, n: int) -> Program:
     """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     trace = Trace()
-    twice = slopes_of(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
+    twice = program_slopes(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
     return Program.of(trace, [trace.multiply(0.5, x) for x in twice])
 
 
@@ -67,7 +67,8 @@ def torque_derivatives_program(program: Program, n: int) -> Program:
     trace = Trace()
     value = program.folded(trace, {})
     columns = [
-        [slopes_of(program, {f"{name}{j + 1}": 1.0}, value, trace) for j in range(n)] for name in ("q", "qd")
+        [program_slopes(program, {f"{name}{j + 1}": 1.0}, value, trace) for j in range(n)]
+        for name in ("q", "qd")
     ]
     return Program.of(trace, [by[j][i] for by in columns for i in range(n) for j in range(n)])
 
@@ -76,7 +77,7 @@ def coriolis_matrix_program(program: Program, n: int) -> Program:
     """C with C qd = h, row by row: half the derivative of h by qd, C_ij = sum_k h_ijk qd_k."""
     trace, h = Trace(), coriolis_centrifugal_program(program, n)
     value = h.folded(trace, {})
-    columns = [slopes_of(h, {f"qd{j + 1}": 0.5}, value, trace) for j in range(n)]
+    columns = [program_slopes(h, {f"qd{j + 1}": 0.5}, value, trace) for j in range(n)]
     return Program.of(trace, [columns[j][i] for i in range(n) for j in range(n)])
 
 

@@ -15,7 +15,7 @@ from pydantic import Field, TypeAdapter
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
-from gd_analyze.harmonics.lagrangian import gathered, torques_of
+from gd_analyze.harmonics.lagrangian import summed, torques_of
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
@@ -24,7 +24,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, Numbers, Terms
+from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, IntegerArray, Terms
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
 
 # Relative difference of coefficients that are mathematically equal, or twice or half each other.
@@ -44,7 +44,7 @@ class HarmonicLevel(CandidateLevel):
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Sum the torque terms of all terms."""
-        return gathered((number, self.source(form, term)) for term, number in terms.items())
+        return summed((number, self.source(form, term)) for term, number in terms.items())
 
     def term_torques(self, form: ExactForm, terms: Terms) -> TermTorques:
         """Torques of terms, to be evaluated at any states."""
@@ -170,7 +170,7 @@ class TermLevel(HarmonicLevel):
             return None
         return EnergyTerm(term.row, term.velocities[0].joint, term.monomial)
 
-    def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> Numbers:
+    def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> IntegerArray:
         """Number terms of one energy coefficient equally; a term of several has its own number."""
         made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
         for energy, number in _numbered(form.energies).items():
@@ -230,7 +230,7 @@ class EnergyLevel(HarmonicLevel):
         """The term itself, if it is one of D'."""
         return None if term.is_potential else term
 
-    def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> Numbers:
+    def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> IntegerArray:
         """Number equal coefficients equally."""
         number = _numbered(form.energies)
         return np.array([number[term] for term in terms], dtype=int)

@@ -23,7 +23,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import HIGHEST, magnitudes, no_torque
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Batch, Program
-from gd_analyze.simplification.effort import inputs_of
+from gd_analyze.simplification.effort import program_inputs
 
 # Difference of a coefficient of 1, qdd_j or qd_j qd_k that is to be found, as a share of the joint's torque.
 FOUND = 1e-3
@@ -129,7 +129,7 @@ def largest_difference(
     with np.errstate(all="ignore"), suppress(ModelError):
         for states in telling_states((program, reference), is_revolute, closeness):
             batches = batches or [Batch(compared, len(states)) for compared in (program, reference)]
-            inputs = inputs_of(states)
+            inputs = program_inputs(states)
             torque, reference_torque = (batch.at(inputs) for batch in batches)
             difference = np.maximum(difference, np.abs(torque - reference_torque).max(axis=1))
             size = np.maximum(size, np.abs(reference_torque).max(axis=1))

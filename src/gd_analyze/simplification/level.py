@@ -30,7 +30,7 @@ Terms = Mapping[Any, float]
 Costs = Mapping[frozenset[int], int]
 # Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
 # in sign and powers of two share one, so that arithmetic stays shared.
-Numbers = NDArray[np.int64]
+IntegerArray = NDArray[np.int64]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
@@ -147,7 +147,7 @@ class CandidateLevel(Level):
             for element_terms in diagonal.values()
         }
 
-    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> Numbers:
+    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> IntegerArray:
         """Free numbers of a refit; by default every term has its own."""
         return np.arange(len(terms))
 

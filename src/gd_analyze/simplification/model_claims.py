@@ -18,7 +18,7 @@ from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomia
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory, shipped_trajectories
 from gd_analyze.motions.states import States, states_in_box, states_of
-from gd_analyze.operations.program import written
+from gd_analyze.operations.program import plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.accuracy import (
@@ -88,7 +88,7 @@ def require_terms_computed(model: SimplifiedModel) -> None:
             )
         return
     again = model.level.write(model.form, model.terms, ROUGH)
-    if written(again) == written(model.program):
+    if plain_program(again) == plain_program(model.program):
         return
     sliding, unit = [not turns for turns in model.arm.is_revolute], np.ones(n)
     try:

@@ -18,7 +18,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.read import shipped_trajectories
-from gd_analyze.operations.program import OperationCount, read_back, written
+from gd_analyze.operations.program import OperationCount, plain_program, read_back
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.plausibility import warn_of_implausible
@@ -45,7 +45,7 @@ from gd_analyze.simplification.model_claims import (
 )
 from gd_analyze.text import field_fault, in_python, json_fault
 
-FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
+MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[5] = 5
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
@@ -167,9 +167,9 @@ class ModelDocument(Checked):
 def document_of(model: SimplifiedModel) -> ModelDocument:
     """Write a model into its schema; the digest is left empty."""
     accuracy = model.accuracy
-    steps, outputs = written(model.program)
+    steps, outputs = plain_program(model.program)
     return ModelDocument(
-        format=FORMAT,
+        format=MODEL_FORMAT,
         version=VERSION,
         level=model.level.name,
         drives=model.drives,
@@ -314,7 +314,7 @@ def replaces_model(path: Path) -> bool:
     if not path.is_file() or not path.stat().st_size:
         return False
     with suppress(OSError), path.open("rb") as file:
-        if FORMAT.encode() in file.read(_BEGIN):
+        if MODEL_FORMAT.encode() in file.read(_BEGIN):
             return True
     raise OutputError(
         "the model would replace a file that is not a model",
@@ -389,7 +389,7 @@ def _read(path: Path) -> dict[str, Any]:
         raw = None if data is None else json.loads(data.decode("utf-8"))
         if data is None:
             content = f"a file of more than {megabytes(LARGEST_FILE)}"
-        elif isinstance(raw, dict) and raw.get("format") == FORMAT:
+        elif isinstance(raw, dict) and raw.get("format") == MODEL_FORMAT:
             return raw
     except OSError as error:
         if (refusal := _other_input(path)) is not None:

@@ -19,7 +19,7 @@ from gd_analyze.simplification.level import CandidateLevel, Found
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.refit import refitted
 from gd_analyze.simplification.selection import (
-    USUAL,
+    USUAL_SELECTION,
     Selection,
     SelectionSettings,
     descend,
@@ -28,7 +28,7 @@ from gd_analyze.simplification.selection import (
 )
 
 # Called with the number of terms dropped since the last call.
-Progress = Callable[[int], None] | None
+TermProgress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
@@ -45,7 +45,7 @@ def selected_terms(
     level: CandidateLevel,
     allowed: FloatArray,
     how: SearchOptions,
-    progress: Progress = None,
+    progress: TermProgress = None,
 ) -> Found:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
@@ -53,7 +53,7 @@ def selected_terms(
     """
     start = how.selections[-1] if how.selections else None
     candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price, also=start or {})
-    settings = USUAL.scaled(how.effort)
+    settings = USUAL_SELECTION.scaled(how.effort)
     selection = candidates.selection(start)
     repair(selection, settings)
     descend(selection, candidates.stays, settings)

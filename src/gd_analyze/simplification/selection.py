@@ -37,13 +37,13 @@ class SelectionSettings:
         return replace(self, tries=tries, patience=patience)
 
 
-USUAL = SelectionSettings()
+USUAL_SELECTION = SelectionSettings()
 # Smallest credit of a term that saves nothing while others share its steps, in operations.
 _LEAST_SAVING = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class TermChoice:
     """Terms to choose from.
 
     Parameters
@@ -63,9 +63,11 @@ class Choice:
     def __len__(self) -> int:
         return self.effects.count
 
-    def joined_by(self, terms: NDArray[np.intp], errors: FloatArray, remainder: FloatArray) -> Choice:
+    def joined_by(self, terms: NDArray[np.intp], errors: FloatArray, remainder: FloatArray) -> TermChoice:
         """The same with one more limited error: of some terms, shape (M, N), and of everything else, (N,)."""
-        return Choice(self.effects.joined_by(terms, errors), np.vstack([self.base, remainder]), self.costs)
+        return TermChoice(
+            self.effects.joined_by(terms, errors), np.vstack([self.base, remainder]), self.costs
+        )
 
     @cached_property
     def weights(self) -> FloatArray:
@@ -90,7 +92,7 @@ class Choice:
 class Selection:
     """Some of the terms, the error of leaving out the others, and how many terms need each step."""
 
-    def __init__(self, choice: Choice, selected: Mask) -> None:
+    def __init__(self, choice: TermChoice, selected: Mask) -> None:
         self.choice = choice
         self.select(selected)
 
@@ -151,7 +153,7 @@ class Selection:
 def descend(
     selection: Selection,
     stays: Mask,
-    settings: SelectionSettings = USUAL,
+    settings: SelectionSettings = USUAL_SELECTION,
     *,
     limit: float = 1.0,
     random: np.random.Generator | None = None,
@@ -202,7 +204,9 @@ def _fits(selection: Selection, term: int, limit: float) -> bool:
     return bool(np.abs(selection.error[effects.joint[rows]] + effects.torque[rows]).max() <= limit)
 
 
-def repair(selection: Selection, settings: SelectionSettings = USUAL, *, limit: float = 1.0) -> None:
+def repair(
+    selection: Selection, settings: SelectionSettings = USUAL_SELECTION, *, limit: float = 1.0
+) -> None:
     """Put terms back, each time the one that relieves the largest errors most, until all are within."""
     while selection.largest > limit:
         relief = selection.relief
@@ -214,7 +218,7 @@ def repair(selection: Selection, settings: SelectionSettings = USUAL, *, limit: 
 
 
 def improve(
-    selection: Selection, stays: Mask, settings: SelectionSettings = USUAL, *, seed: int = 0
+    selection: Selection, stays: Mask, settings: SelectionSettings = USUAL_SELECTION, *, seed: int = 0
 ) -> list[Selection]:
     """Put some terms back and drop others, again and again; return the cheapest distinct selections.
 

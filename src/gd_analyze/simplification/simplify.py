@@ -22,7 +22,7 @@ from gd_analyze.simplification.model import (
     with_gamma,
     with_rewriting,
 )
-from gd_analyze.simplification.search import Progress, quick_count, selected_terms
+from gd_analyze.simplification.search import TermProgress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 
 # The search for the multiple of the budget at which a model has few enough operations:
@@ -47,7 +47,7 @@ def simplify_exact(
     how: SearchOptions = _USUAL,
     *,
     provenance: Mapping[str, str] | None = None,
-    progress: Progress = None,
+    progress: TermProgress = None,
     stage: Callable[[str], object] = lambda _: None,
 ) -> SimplifiedModel:
     """Simplify so that the budget holds at given states, see `gd_analyze.simplify`.
@@ -70,7 +70,7 @@ def simplify_exact(
 
 
 def _at_level(
-    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: TermProgress
 ) -> SimplifiedModel:
     """Simplify at a level within a budget, or scale the budget until the model has few enough operations.
 
@@ -115,7 +115,7 @@ def _at_level(
 
 
 def _within(
-    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: Progress = None
+    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: TermProgress = None
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
     allowed, level = exact.allowed(budget), how.level

@@ -13,7 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import MANY, largest_terms, require_writable
+from gd_analyze.simplification.candidates import MANY, largest_terms, require_few_terms
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Terms
@@ -99,7 +99,7 @@ def rank_terms(
     TooManyTermsError
         If the arm has too many terms to be written out.
     """
-    require_writable(exact, level)
+    require_few_terms(exact, level)
     exact = exact.weighed(None).thinned()
     all_terms = level.terms(exact.form)
     if not exact.needs_torque:

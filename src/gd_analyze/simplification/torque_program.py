@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.terms import QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, shared_sums
 from gd_analyze.operations.trace import Trace
@@ -128,7 +128,7 @@ def shortest_program(
 
 def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:
     """D, of which the upper half is computed, h and c from their own terms, each written for itself."""
-    parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in QUANTITIES}
+    parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in DYNAMICS_QUANTITIES}
     for term, weight in terms.items():
         parts[term.quantity][term] = weight
     inertia, h, c = (torque_program(velocities, part, effort) for part in parts.values())

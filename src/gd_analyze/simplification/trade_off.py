@@ -18,16 +18,16 @@ from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
 
 # Level and refit: every level of single terms, with a refit and without.
-Kind = tuple[Level, bool]
-KINDS: tuple[Kind, ...] = tuple(
+LevelAndRefit = tuple[Level, bool]
+LEVELS_AND_REFITS: tuple[LevelAndRefit, ...] = tuple(
     (level, refit) for level in LEVELS.values() if level.has_torque_terms for refit in (False, True)
 )
-FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+BUDGET_FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
-def kinds_for(form: ExactForm) -> tuple[Kind, ...]:
+def kinds_for(form: ExactForm) -> tuple[LevelAndRefit, ...]:
     """Kinds that make sense for an arm: programs if it has too many terms to choose from."""
-    return ((FAST, False),) if too_many_terms(form) else KINDS
+    return ((FAST, False),) if too_many_terms(form) else LEVELS_AND_REFITS
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class TradeOffPoint:
     error_share: float  # largest error of any joint over its `Budget.shares_of`
 
 
-def curves(points: Sequence[TradeOffPoint]) -> dict[Kind, tuple[TradeOffPoint, ...]]:
+def curves(points: Sequence[TradeOffPoint]) -> dict[LevelAndRefit, tuple[TradeOffPoint, ...]]:
     """Points by level and refit, each with growing budget."""
     kinds = dict.fromkeys((point.level, point.refit) for point in points)
     ordered = sorted(points, key=lambda point: point.factor)
@@ -53,8 +53,8 @@ def trade_off(
     exact: ExactDynamics,
     budget: Budget | str | None = None,
     *,
-    factors: Sequence[float] = FACTORS,
-    kinds: Sequence[Kind] | None = None,
+    factors: Sequence[float] = BUDGET_FACTORS,
+    kinds: Sequence[LevelAndRefit] | None = None,
     thorough: bool = True,
     progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:

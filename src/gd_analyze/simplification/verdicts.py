@@ -12,13 +12,13 @@ from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.element import ELEMENT, Part, parts_of, trace_parts
+from gd_analyze.simplification.element import ELEMENT, ElementPart, parts_of, trace_parts
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.text import rounded_up
 
-VERDICTS = ("own", "text")
+VERDICT_SOURCES = ("own", "text")
 
 
 def model_by_verdicts(
@@ -54,7 +54,7 @@ def require_no_budget(level: Level, value: str) -> None:
         raise UsageError(message, where="level", expected=expected, found=value, next_step=next_step)
 
 
-def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
+def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:
     """Parts whose loss changes their element by more than the threshold of its peak."""
     all_elements = elements(exact.arm.n_joints)
     quantities = {
@@ -66,13 +66,13 @@ def _own(exact: ExactDynamics, threshold: float) -> Iterator[Part]:
         noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
         least = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
         yield from (
-            Part(element, effect)
+            ElementPart(element, effect)
             for effect, values in zip(EFFECTS, parts, strict=True)
             if np.abs(values).max() > least
         )
 
 
-def _of_text(form: ExactForm) -> Iterator[Part]:
+def _of_text(form: ExactForm) -> Iterator[ElementPart]:
     """Parts that the founding text calls dominant, and gravity loading."""
     text = text_verdicts(form.arm.name)
     if text is None:
@@ -87,7 +87,7 @@ def _of_text(form: ExactForm) -> Iterator[Part]:
             yield part
 
 
-def operations_by_quantity(form: ExactForm, parts: Iterable[Part]) -> dict[str, int]:
+def operations_by_quantity(form: ExactForm, parts: Iterable[ElementPart]) -> dict[str, int]:
     """Multiplications and additions of D, h and c by element from some parts: each alone, and together."""
     traced = trace_parts(form.arm)
     inertia, h, c = traced.assembled(set(parts), form.drive_inertia)

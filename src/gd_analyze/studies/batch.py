@@ -31,12 +31,12 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import carrying, parse_payload
 from gd_analyze.studies.batch_rows import (
     KEYS,
-    Input,
-    Row,
-    checked,
+    BatchRow,
+    RowInput,
+    checked_rows,
     digest_of,
-    inputs_of,
     picked_of,
+    row_inputs,
     rows_in,
     settings_of,
 )
@@ -56,12 +56,12 @@ TABLES = ("csv", "parquet")
 
 
 @dataclass(frozen=True)
-class Task:
+class BatchTask:
     """All that a worker needs of one row."""
 
-    row: Row
-    arm: Input
-    trajectory: Input
+    row: BatchRow
+    arm: RowInput
+    trajectory: RowInput
     formats: tuple[str, ...]
 
     @property
@@ -72,7 +72,7 @@ class Task:
 
 
 def batch(
-    table: str | Path | Sequence[Row],
+    table: str | Path | Sequence[BatchRow],
     out: str | Path,
     *,
     formats: Collection[str] = ("json",),
@@ -121,7 +121,7 @@ def batch(
         rows = rows_in(Path(table))
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
-        rows, base_folder = checked(table, "rows"), Path()
+        rows, base_folder = checked_rows(table, "rows"), Path()
     for kind, choices, names in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
         for unknown in sorted(set(names) - set(choices)):
             raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(choices))
@@ -137,10 +137,10 @@ def batch(
         done = _recorded(folder)
         stage("analysing", len(rows))
 
-        def tasks() -> Iterator[tuple[Task]]:
+        def tasks() -> Iterator[tuple[BatchTask]]:
             task_keys = set[str]()
             for row in rows:
-                task = Task(row, *inputs_of(row, base_folder), tuple(sorted(formats)))
+                task = BatchTask(row, *row_inputs(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
                 if task.key in task_keys or done.get(task.key, {}).get("state") == "done":
                     progress(1)
@@ -175,7 +175,7 @@ def _no_formula(cell: Any) -> Any:
     return f"'{cell}" if runs and number_in(cell) is None else cell
 
 
-def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
+def analysed(task: BatchTask) -> tuple[str, dict[str, Any], dict[str, bytes]]:
     """Run the main job for one row; return its key, its entries in the table, and its files.
 
     Any error becomes the row's own, and is stated in it.
@@ -195,7 +195,7 @@ def analysed(task: Task) -> tuple[str, dict[str, Any], dict[str, bytes]]:
             return task.key, {"state": "failed", "error": text}, {}
 
 
-def _findings(task: Task, folder: Path, caught: Sequence[warnings.WarningMessage]) -> Findings:
+def _findings(task: BatchTask, folder: Path, caught: Sequence[warnings.WarningMessage]) -> Findings:
     row = task.row
     arm = load_arm(task.arm.at(folder), **picked_of(row))
     if "payload" in row:
@@ -266,7 +266,7 @@ def _digest(row: Mapping[str, Any]) -> str:
     return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
 
 
-def _table(rows: Sequence[Row], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def _table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     import pandas as pd
 
     used_keys = [key for key in KEYS if any(key in row for row in rows)]

@@ -18,14 +18,14 @@ from gd_analyze.files import read_at_most
 from gd_analyze.motions.read import files_in, shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
-from gd_analyze.robots.text_file import parsed_toml, text_of
+from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.studies.main_job import Settings
 from gd_analyze.text import number_in
 
 # Other options of a row: how the arm is chosen from its file, and what it carries.
 PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
-SETTINGS = tuple(entry.name for entry in fields(Settings))
-KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTINGS)
+SETTING_NAMES = tuple(entry.name for entry in fields(Settings))
+KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTING_NAMES)
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
@@ -38,10 +38,10 @@ _MOST_ROWS = 1_000_000
 # Bytes that are read at a time for a digest.
 _PIECE = 2**20
 
-Row = Mapping[str, Any]
+BatchRow = Mapping[str, Any]
 
 
-def rows_in(path: Path) -> list[Row]:
+def rows_in(path: Path) -> list[BatchRow]:
     """Rows of a CSV table, of a YAML or TOML file, or of a folder of folders, one per robot with its logs.
 
     In YAML and TOML every combination of the lists' entries is a row; with a list `rows` of tables, each
@@ -57,7 +57,7 @@ def rows_in(path: Path) -> list[Row]:
     if path.is_dir():
         rows = list(_of_folders(path))
     else:
-        text, kind = text_of(path, "table of a batch", _LARGEST), path.suffix.lower()
+        text, kind = read_text(path, "table of a batch", _LARGEST), path.suffix.lower()
         if kind in _COMBINED:
             read = parsed_toml if kind == ".toml" else parsed_yaml
             rows = list(_combined(read(path, text, "table of a batch"), path))
@@ -68,10 +68,10 @@ def rows_in(path: Path) -> list[Row]:
             named = ({str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines)
             rows = list(islice(named, _MOST_ROWS + 1))
             _require_few(len(rows), path)
-    return checked(rows, str(path))
+    return checked_rows(rows, str(path))
 
 
-def checked(rows: Sequence[Row], where: str) -> list[Row]:
+def checked_rows(rows: Sequence[BatchRow], where: str) -> list[BatchRow]:
     """Refuse rows with an unknown option or without arm or trajectory, and an empty table."""
     for number, row in enumerate(rows, start=1):
         place = f"{where}, row {number}"
@@ -91,7 +91,7 @@ def checked(rows: Sequence[Row], where: str) -> list[Row]:
     return list(rows)
 
 
-def _of_folders(folder: Path) -> Iterator[Row]:
+def _of_folders(folder: Path) -> Iterator[BatchRow]:
     """A row per log: each in the folder of its robot, with the robot's file or by a built-in name."""
     for robot in sorted(path for path in folder.iterdir() if path.is_dir()):
         robot_files = sorted(path for path in robot.iterdir() if path.suffix.lower() in _ROBOTS)
@@ -103,7 +103,7 @@ def _of_folders(folder: Path) -> Iterator[Row]:
         yield from ({"arm": arm, "trajectory": str(log.relative_to(folder))} for log in files_in(robot) or ())
 
 
-def _combined(document: Any, path: Path) -> Iterator[Row]:
+def _combined(document: Any, path: Path) -> Iterator[BatchRow]:
     rows = document.get("rows", [{}]) if isinstance(document, dict) else None
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         expected = "keys with a value or a list of values each, and `rows`, a list of such tables"
@@ -124,18 +124,18 @@ def _require_few(count: int, path: Path) -> None:
         raise UsageError(message, where=Location(path), expected=expected, found=count_text, next_step=step)
 
 
-def picked_of(row: Row) -> dict[str, Any]:
+def picked_of(row: BatchRow) -> dict[str, Any]:
     """Options by which the row chooses the arm from its file, as arguments of `load_arm`."""
     options: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
     several = {key: options[key].split(",") for key in ("lock", "limits") if "=" in options.get(key, "")}
     return options | several
 
 
-def settings_of(row: Row) -> dict[str, Any]:
+def settings_of(row: BatchRow) -> dict[str, Any]:
     """Values of the row's `Settings`; a UsageError names one that cannot be read."""
     kinds, settings = get_type_hints(Settings), {}
     for key, value in row.items():
-        if key not in SETTINGS:
+        if key not in SETTING_NAMES:
             continue
         text = str(value).strip()
         is_percent, number = text.endswith("%"), number_in(text.removesuffix("%"))
@@ -153,7 +153,7 @@ def settings_of(row: Row) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Input:
+class RowInput:
     """A shipped name, a small file with its bytes, or a large file or folder by path and digest."""
 
     name: str
@@ -162,7 +162,7 @@ class Input:
     digest: str = ""
 
     @classmethod
-    def of(cls, word: str, shipped: Mapping[str, Path], base_folder: Path) -> Input:
+    def of(cls, word: str, shipped: Mapping[str, Path], base_folder: Path) -> RowInput:
         """Take the input that a word of the table names; the word alone where there is no such file."""
         path = (base_folder / word).resolve()
         if word in shipped or not path.exists():
@@ -197,10 +197,10 @@ def digest_of(path: Path) -> str:
     return digest.hexdigest() if path.exists() else ""
 
 
-def inputs_of(row: Row, base_folder: Path) -> tuple[Input, Input]:
+def row_inputs(row: BatchRow, base_folder: Path) -> tuple[RowInput, RowInput]:
     """Arm and trajectory of a row."""
     arm, trajectory = str(row["arm"]), str(row["trajectory"])
     return (
-        Input.of(arm, builtin_arms(), base_folder),
-        Input.of(trajectory, shipped_trajectories(), base_folder),
+        RowInput.of(arm, builtin_arms(), base_folder),
+        RowInput.of(trajectory, shipped_trajectories(), base_folder),
     )

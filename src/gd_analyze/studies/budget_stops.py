@@ -86,7 +86,7 @@ def wider_stop(exact: ExactDynamics, level: CandidateLevel, budget: Budget) -> S
     return None
 
 
-def chosen(stops: Sequence[Stop]) -> Stop | None:
+def chosen_stop(stops: Sequence[Stop]) -> Stop | None:
     """The first stop with a readable model, if possible one that saves operations; None if there is none."""
     readable = [stop for stop in stops if stop.is_readable]
     return next((stop for stop in readable if stop.saves), readable[0] if readable else None)

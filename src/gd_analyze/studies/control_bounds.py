@@ -26,7 +26,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Gains, Reference, World
-from gd_analyze.studies.control_loop import Dynamics
+from gd_analyze.studies.control_loop import ProgramDynamics
 
 # Margins beyond which a bound is useless, rad (m) and per s and s^2.
 _FARTHEST = 10.0
@@ -185,7 +185,7 @@ def _needed(world: World, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> Flo
 
 def _inertia(program: Program, q: FloatArray) -> FloatArray:
     """D at positions (n, K), shape (K, n, n)."""
-    return Dynamics(program, *q.shape).at(q, np.zeros_like(q))[0]
+    return ProgramDynamics(program, *q.shape).at(q, np.zeros_like(q))[0]
 
 
 def _torque(program: Program, *states: FloatArray) -> FloatArray:

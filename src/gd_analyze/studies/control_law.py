@@ -268,13 +268,13 @@ SIMPLIFIED = Controller("computed_torque", "simplified", "simplified model")
 FIXED_GAINS = Controller("fixed_gains", "simplified", "simplified, fixed gains")
 WITHOUT_H = Controller("computed_torque", "without_h", "without h")
 GRAVITY_ONLY = Controller("computed_torque", "gravity", "gravity only")
-NOTHING = Controller("computed_torque", "nothing", "nothing")
+WITHOUT_MODEL = Controller("computed_torque", "nothing", "nothing")
 # PD with the exact model, or with that without h, is PD with the exact gravity.
 PD_EXACT = Controller("pd", "gravity", "PD, exact c")
 PD_SIMPLIFIED = Controller("pd", "simplified", "PD, simplified c")
 PD_ALONE = Controller("pd", "nothing", "PD, alone")
 CONTROLLERS = (
-    *(EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, GRAVITY_ONLY, NOTHING),
+    *(EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, GRAVITY_ONLY, WITHOUT_MODEL),
     *(PD_EXACT, PD_SIMPLIFIED, PD_ALONE),
 )
 

@@ -32,7 +32,7 @@ _BLOCK = 128
 _LOST = 2.0 * math.pi
 
 
-class Dynamics:
+class ProgramDynamics:
     """D and h + c of m states from a program of the torque D qdd + h + c of n joints.
 
     Torque without acceleration is h + c; unit acceleration of a joint adds a column of D.
@@ -176,7 +176,7 @@ class _Run:
         """Continue with the first m loops only."""
         self.m = m
         self.bank = Bank([loop.controller for loop in self.loops[:m]], self.world)
-        self.dynamics = Dynamics(self.world.plant.program, self.n, m)
+        self.dynamics = ProgramDynamics(self.world.plant.program, self.n, m)
         self.any_continuous = bool(self.continuous[:m].any())
 
     def advance(self, begin: int, end: int) -> None:

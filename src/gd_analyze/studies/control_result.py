@@ -11,11 +11,11 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.figures.figure import (
-    WIDTH,
+    FIGURE_WIDTH,
     Axis,
     Curve,
     Figure,
-    Key,
+    LegendKey,
     Panel,
     decades_axis,
     ends_named,
@@ -38,7 +38,7 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     FIXED_GAINS: ("series-3", (4.0, 1.6)),
     laws.WITHOUT_H: ("series-2", ()),
     laws.GRAVITY_ONLY: ("series-1", ()),
-    laws.NOTHING: ("series-7", ()),
+    laws.WITHOUT_MODEL: ("series-7", ()),
     laws.PD_EXACT: ("series-1", (4.0, 1.6)),
     laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
     laws.PD_ALONE: ("series-5", (4.0, 1.6)),
@@ -69,7 +69,7 @@ def control_result(study: ControlStudy) -> Result:
         _by_controller("by_speed", f"{worst} speed of the motion, {_rate(study)}", speeds),
     )
     drawings = (
-        Drawing("errors", "Tracking error of every joint over time", error_figure(study)),
+        Drawing("errors", "Tracking error of every joint over time", tracking_figure(study)),
         Drawing("speeds", "Largest tracking error over the speed of the motion", speed_figure(study)),
     )
     named = "Computed-torque controllers are named by their model of the arm."
@@ -364,7 +364,7 @@ def _rest_table(study: ControlStudy) -> Table:
     return Table("rest", title, columns)
 
 
-def error_figure(study: ControlStudy) -> Figure:
+def tracking_figure(study: ControlStudy) -> Figure:
     """Tracking error of every joint over time, at the usual rate and speed."""
     groups = {
         "computed torque with a model": [_usual(study, c) for c in CONTROLLERS[:4]],
@@ -383,9 +383,9 @@ def error_figure(study: ControlStudy) -> Figure:
         return Panel(f"joint-{i + 1}", heading, time_axis(time), y, tuple(items))
 
     rows = tuple(tuple(panel(i, *group) for group in groups.items()) for i in range(study.arm.n_joints))
-    legend = tuple(Key(c.title, colour, dashes=dashes) for c, (colour, dashes) in _LOOKS.items())
+    legend = tuple(LegendKey(c.title, colour, dashes=dashes) for c, (colour, dashes) in _LOOKS.items())
     height = min(max(620.0 / len(rows), 80.0), 130.0)
-    return Figure("Tracking error of every joint over time", rows, WIDTH / 2, height, legend)
+    return Figure("Tracking error of every joint over time", rows, FIGURE_WIDTH / 2, height, legend)
 
 
 def speed_figure(study: ControlStudy) -> Figure:

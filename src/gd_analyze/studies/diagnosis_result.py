@@ -10,7 +10,15 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.answer import QUANTITIES, answer, what_remains_follows
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Problem
-from gd_analyze.figures.figure import Curve, Figure, Key, Panel, in_columns, joint_label, value_axis
+from gd_analyze.figures.figure import (
+    Curve,
+    Figure,
+    LegendKey,
+    Panel,
+    in_columns,
+    short_joint_label,
+    value_axis,
+)
 from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
 
 # Causes that a person sees in the ranking.
@@ -111,7 +119,7 @@ def _figures(found: Diagnosis) -> Iterator[Section]:
         return
     left = np.nan_to_num(found.before.residuals)
     worst = int(np.argmax(left))
-    name = joint_label(found.arm.joints, worst, 150.0)
+    name = short_joint_label(found.arm.joints, worst, 150.0)
     drawings = [
         Drawing("torque", "Torque measured, and fitted as logged.", torque_figure(found.problem), ""),
         Drawing(
@@ -141,8 +149,8 @@ def torque_figure(problem: Problem) -> Figure:
             Curve(time[order], fit, "accent", 0.8, label="fitted"),
         )
         x = value_axis("s", time, zero=False)
-        panels.append(Panel(f"torque{i + 1}", joint_label(problem.arm.joints, i, 150.0), x, y, items))
-    legend = (Key("measured", "combined"), Key("fitted", "accent"))
+        panels.append(Panel(f"torque{i + 1}", short_joint_label(problem.arm.joints, i, 150.0), x, y, items))
+    legend = (LegendKey("measured", "combined"), LegendKey("fitted", "accent"))
     return in_columns("Torque measured and fitted", panels, 2, 90.0, legend)
 
 
@@ -174,5 +182,5 @@ def where_figure(found: Diagnosis, joint: int) -> Figure:
         )
         for what, unit, x in zip(QUANTITIES, units, across, strict=True)
     ]
-    legend = tuple(Key(label, colour) for label, (colour, _) in looks.items())
+    legend = tuple(LegendKey(label, colour) for label, (colour, _) in looks.items())
     return in_columns(f"What remains at joint {joint + 1}", panels, 2, 90.0, legend)

@@ -12,11 +12,11 @@ from gd_analyze.figures.figure import (
     Area,
     Figure,
     Item,
-    Key,
+    LegendKey,
     Panel,
     in_columns,
-    joint_label,
     over_time,
+    short_joint_label,
     time_axis,
     value_axis,
 )
@@ -125,7 +125,7 @@ def identification_result(
                     Drawing(
                         "torque",
                         f"Torque measured, of the {identification.start} and identified.",
-                        torque_figure(identification),
+                        identified_torque_figure(identification),
                         _SHADED,
                     ),
                     Drawing(
@@ -348,7 +348,7 @@ def _parameter_table(identification: Identification) -> Table:
     return Table("parameters", "Base parameters", columns, note)
 
 
-def torque_figure(identification: Identification) -> Figure:
+def identified_torque_figure(identification: Identification) -> Figure:
     """Measured torque of every joint, with the torques of the file and of the identified model."""
     looks = {"measured": ("combined", 2.2), "file": ("series-1", 0.7), "identified": ("accent", 0.9)}
     return _figure(identification, "Torque", looks, {"measured": "measured", **_models(identification)})
@@ -395,7 +395,13 @@ def _figure(
             ),
         ]
         panels.append(
-            Panel(f"{label}{i + 1}", joint_label(identification.given.joints, i, 150.0), x, y, tuple(items))
+            Panel(
+                f"{label}{i + 1}",
+                short_joint_label(identification.given.joints, i, 150.0),
+                x,
+                y,
+                tuple(items),
+            )
         )
-    legend = tuple(Key(names[name], colour) for name, (colour, _) in looks.items())
+    legend = tuple(LegendKey(names[name], colour) for name, (colour, _) in looks.items())
     return in_columns(label, panels, 2, 100.0, legend)

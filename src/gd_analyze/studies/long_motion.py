@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, evenly
 from gd_analyze.certification.held import Held
-from gd_analyze.dynamics.decomposition import decompose_states, torque_program
+from gd_analyze.dynamics.decomposition import contributions_program, decompose_states
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.spool import blocks, gathered
@@ -95,7 +95,7 @@ class LongMotion:
         """
         for _ in range(_ROUNDS):
             element_model, held_model = search(exact)
-            torques = torque_program(self.arm, self.drives)
+            torques = contributions_program(self.arm, self.drives)
             (element_model, model), worst, broken = self.stated(
                 exact, (element_model, held_model.model), torques
             )

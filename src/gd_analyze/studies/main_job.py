@@ -57,8 +57,8 @@ from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, 
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
-from gd_analyze.simplification.verdicts import VERDICTS, model_by_verdicts, require_no_budget
-from gd_analyze.studies.budget_stops import Stop, chosen, named_budgets, stop_at, stops_table, wider_stop
+from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, require_no_budget
+from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, stops_table, wider_stop
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
 
@@ -144,8 +144,8 @@ class Settings:
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
         if self.operations is not None or self.at_set_points:
             require_no_budget(level, f"operations {self.operations}, at_set_points {self.at_set_points}")
-        if self.verdicts not in VERDICTS or (self.verdicts != "own" and level is not ELEMENT):
-            expected = f"{' or '.join(VERDICTS)}, with level element"
+        if self.verdicts not in VERDICT_SOURCES or (self.verdicts != "own" and level is not ELEMENT):
+            expected = f"{' or '.join(VERDICT_SOURCES)}, with level element"
             found = f"{self.verdicts}, level {level}"
             raise UsageError("these verdicts are of no use", where="verdicts", expected=expected, found=found)
         object.__setattr__(self, "level", level)
@@ -169,7 +169,7 @@ class Settings:
         }
 
 
-class Progress(Protocol):
+class JobProgress(Protocol):
     """Receiver of progress."""
 
     def __call__(self, label: str, total: int | None = None) -> None:
@@ -267,7 +267,7 @@ def find(
     *,
     command: str = "",
     warned: Iterable[str] = (),
-    progress: Progress | None = None,
+    progress: JobProgress | None = None,
 ) -> Findings:
     """Decompose, check, rank and simplify; nothing is written.
 
@@ -337,7 +337,7 @@ class _Job:
     trajectory: Trajectory
     how: Settings
     source: dict[str, str]  # origin of the results
-    stage: Progress
+    stage: JobProgress
     tube: Tube
     has_tube: bool  # whether states near the motion are known
 
@@ -389,7 +389,7 @@ class _OtherBudgets:
 
 
 def _job(
-    arm: RobotArm | str | Path, trajectory: GivenMotions, how: Settings, command: str, stage: Progress
+    arm: RobotArm | str | Path, trajectory: GivenMotions, how: Settings, command: str, stage: JobProgress
 ) -> _Job:
     """Read the inputs, and refuse those that do not fit together."""
     arm = arm_of(arm)
@@ -609,7 +609,7 @@ def _stops(exact: ExactDynamics, how: Settings, search_at: Callable[..., Held]) 
         most_terms = math.inf if is_asked else READABLE
         search = partial(search_at, exact, shortest=is_own, most_terms=most_terms)
         stops.append(stop_at(exact, TERM, budget, search, most_terms))
-    readable = chosen(stops)
+    readable = chosen_stop(stops)
     if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
         stops.append(wider)
     return stops, how.asked if how.budget is not None or readable is None else readable.budget

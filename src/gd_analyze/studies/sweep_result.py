@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dynamics.many_arms import VERDICT_NAMES
-from gd_analyze.figures.sweep import changing, maps_figure, torque_figure, verdict_figure
+from gd_analyze.figures.sweep import changing, maps_figure, peak_torque_figure, verdict_figure
 from gd_analyze.result import Column, Drawing, Fact, Part, Result, Table, joint_columns
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.robots.arm import RobotArm
@@ -147,7 +147,7 @@ def _drawings(dataset: xr.Dataset, names: list[str]) -> list[Drawing]:
         return [Drawing("maps", f"{names[0]} across, {names[1]} upward.", maps_figure(dataset), _WHITE)]
     if len(names) > 1 and not is_drawn:
         return []
-    torques = Drawing("torques", f"Peak torque over {names[0]}", torque_figure(dataset))
+    torques = Drawing("torques", f"Peak torque over {names[0]}", peak_torque_figure(dataset))
     if is_drawn:
         return [torques]
     return [Drawing("verdicts", f"Verdicts over {names[0]}.", verdict_figure(dataset), _WHITE), torques]
