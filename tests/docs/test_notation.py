@@ -51,4 +51,5 @@ def test_base_parameters_and_their_kinds():
     names = [code(row["name"]) for row in tables(PAGE, "Base parameters")]
     assert names == [field.name for field in dataclasses.fields(gd.BaseParameter)]
     section = PAGE.read_text(encoding="utf-8").partition("## Base parameters")[2].partition("## ")[0]
-    assert re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0]) == list(PARAMETER_KINDS)
+    names_of_kinds = re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0])
+    assert names_of_kinds == list(PARAMETER_KINDS)
