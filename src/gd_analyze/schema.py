@@ -123,7 +123,9 @@ ATTRIBUTES = _declared("attribute")
 OPTIONAL = {group: set(declared) for group, declared in _declared("optional").items()}
 
 # Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {"every_set_point", "measured_torque", "motions", "recording", "robustness", "stops"}
+OPTIONAL_GROUPS = {
+    "diagnosis", "every_set_point", "measured_torque", "motions", "recording", "robustness", "stops",
+}  # fmt: skip
 
 
 def unit_of(kind: str, *revolute: bool) -> str:

@@ -51,7 +51,7 @@ def diagnose(
     """
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
-        from gd_analyze.studies.diagnosis_result import diagnosis_result
+        from gd_analyze.results.diagnosis_result import diagnosis_result
         from gd_analyze.studies.study_files import StudyFolder
 
         arm = robot.load(payload, logs)

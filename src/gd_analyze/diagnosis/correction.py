@@ -28,6 +28,7 @@ class Correction:
     lag: float = 0.0  # by which torques are late, s
     pace: float = 1.0  # seconds per second as logged
     gravity: FloatArray | None = None  # in place of the arm's, m/s^2, (3,)
+    taken_off: FloatArray | None = None  # a body's ten numbers, less than the file's last link, (10,)
     left_out: Array | None = None  # samples of joints not compared, (N, n)
     added: tuple[Added, ...] = field(default=())
 
@@ -89,6 +90,6 @@ class Correction:
     @property
     def key(self) -> tuple[object, ...]:
         """What the equations depend on, torques aside."""
-        arrays = (self.position, self.offset, self.gravity, self.left_out)
+        arrays = (self.position, self.offset, self.gravity, self.taken_off, self.left_out)
         parts = [None if array is None else array.tobytes() for array in arrays]
         return (*parts, self.lag, self.pace, *self.added)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,8 +13,16 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import Fault, faults_of
 from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
-from gd_analyze.diagnosis.of_positions import Coupling, Direction, JointOrder, TimeUnit, Zero
-from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, Payload
+from gd_analyze.diagnosis.of_positions import (
+    Coupling,
+    Direction,
+    JointOrder,
+    TimeUnit,
+    WristCoupling,
+    Zero,
+    ZeroOfSlide,
+)
+from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, NamedEnd, Payload
 from gd_analyze.diagnosis.of_torques import JointScale, Lag, TorqueColumns, TorqueScale, TorqueSign
 from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import SETTINGS, DiagnosisSettings
@@ -34,11 +43,14 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
     Lag(),
     Direction(),
     Zero(),
+    ZeroOfSlide(),
     JointOrder(),
     Coupling(),
+    WristCoupling(),
     TimeUnit(),
     Gravity(),
     Payload(),
+    NamedEnd(),
     ChangeInTime(),
 )
 
@@ -142,7 +154,17 @@ def diagnose(
     True
     """
     arm = arm_of(arm)
-    motions = motions_of(logs, arm)
+    return diagnosed(arm, motions_of(logs, arm), thorough=thorough, settings=settings)
+
+
+def diagnosed(
+    arm: RobotArm,
+    motions: Sequence[Trajectory],
+    *,
+    thorough: bool = True,
+    settings: DiagnosisSettings = SETTINGS,
+) -> Diagnosis:
+    """Diagnose motions as they are, several in one recording, too; see `diagnose`."""
     for motion in motions:
         require_joints(motion, arm)
         require_torques(motion)

@@ -135,7 +135,10 @@ def columns_of(
     per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
     act = errors_that_act(arm, settings)
     # The file's torque is one more column.
-    numbers = np.concatenate([act, parameters_of(arm)[:, :, None]], axis=2).reshape(-1, act.shape[2] + 1)
+    file_numbers = parameters_of(arm)
+    if correction.taken_off is not None:
+        file_numbers[-1] -= correction.taken_off
+    numbers = np.concatenate([act, file_numbers[:, :, None]], axis=2).reshape(-1, act.shape[2] + 1)
     torques = np.swapaxes(per_unit.reshape(n, -1, len(q)), 1, 2) @ numbers
     links, file = torques[:, :, :-1], torques[:, :, -1]
     added = [unknowns.columns * unknowns.sizes for unknowns in correction.added]

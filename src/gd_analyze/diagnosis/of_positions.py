@@ -12,11 +12,13 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import TIME_UNITS, number
 
 # Cosine between parallel axes.
 _PARALLEL = 0.999
+_SAID_BY_VELOCITIES = ", as the velocity columns say"
 
 
 class Direction(Hypothesis):
@@ -103,6 +105,46 @@ class Zero(Hypothesis):
         return angle + float(np.clip(0.5 * (low - high) / bend, -2.0, 2.0)) * step if bend > 0.0 else angle
 
 
+class ZeroOfSlide(Hypothesis):
+    """The zero of a prismatic joint is not the file's: seen by joints that turn what it shifts."""
+
+    name = "zero of a joint"
+    # Steps of a search from one end of the travel to the other.
+    _STEPS = 12
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best prismatic joint."""
+        correction, arm = problem.correction, problem.arm
+        best: list[tuple[float, int, float, float]] = []
+        for i in problem.moving:
+            if arm.is_revolute[i]:
+                continue
+            joint = arm.joints[i]
+            ends = (end for end in (joint.lower, joint.upper) if end is not None and np.isfinite(end))
+            travel = max((abs(end) for end in ends), default=arm.reach or 1.0)
+            lengths = np.delete(travel * np.linspace(-1.0, 1.0, self._STEPS + 1), self._STEPS // 2)
+            scores = problem.roughly(correction.with_offset(i, float(x)) for x in lengths)
+            step = 2.0 * travel / self._STEPS
+            best.append((float(scores.min()), i, float(lengths[int(scores.argmin())]), step))
+        for score, i, near, step in sorted(best)[:1]:
+            if not problem.helps(score):
+                return
+
+            def shifted(length: float, joint: int = i) -> Correction:
+                return correction.with_offset(joint, length)
+
+            length = problem.along(shifted, near - step, near + step, 12)
+            text = f"{1e3 * length:.3g}mm"
+            yield Candidate(
+                self.name,
+                f"The zero of joint {i + 1} is off by {text.removesuffix('mm')} mm",
+                f"--offset {i + 1}={text}",
+                correction.with_offset(i, length),
+                numbers=1,
+                alternatives=len(best),
+            )
+
+
 class JointOrder(Hypothesis):
     """Two joints are exchanged, or all are in reversed order, positions and torques alike."""
 
@@ -128,19 +170,21 @@ class JointOrder(Hypothesis):
 
 
 class Coupling(Hypothesis):
-    """A joint is measured against the base, not against the link before it."""
+    """A joint is measured against the base, not against the link before it: parallel axes."""
 
     name = "coupled joints"
+    # Whether the axes of the pairs are parallel.
+    _PARALLEL = True
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
-        correction, corrections = problem.correction, []
+        correction, corrections, turns = problem.correction, [], problem.arm.is_revolute
         parallel = parallel_to_next(problem.arm)
         pairs = [
             (i, j, sign)
             for i in problem.moving
             for j in problem.moving
-            if abs(i - j) == 1 and parallel[min(i, j)]
+            if abs(i - j) == 1 and turns[i] and turns[j] and parallel[min(i, j)] == self._PARALLEL
             for sign in (1.0, -1.0)
         ]
         for i, j, sign in pairs:
@@ -159,6 +203,12 @@ class Coupling(Hypothesis):
             )
 
 
+class WristCoupling(Coupling):
+    """A joint moves its neighbour across: motors that drive two joints of a wrist."""
+
+    _PARALLEL = False
+
+
 def parallel_to_next(arm: RobotArm) -> list[bool]:
     """Whether a revolute joint's axis is parallel to the next one's, as linked arms' are."""
     axes = solve_kinematics(arm, np.zeros((arm.n_joints, 1))).joint_axes[:, :, 0]
@@ -174,10 +224,17 @@ class TimeUnit(Hypothesis):
 
     name = "unit of time"
     _KNOWN = (1e3, 1e-3, 60.0, 10.0, 0.1)
+    # Least joints whose velocity columns have one factor, and its spread.
+    _FEWEST, _ALIKE = 2, 0.2
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one."""
         correction, settings = problem.correction, problem.settings
+        factor = self._of_velocities(problem)
+        if factor is not None and 0.8 < factor * correction.pace < 1.25:
+            return  # velocities are as logged times and positions say
+        if factor is not None:
+            yield self._candidate(problem, 1.0 / (factor * correction.pace), 0, 1, _SAID_BY_VELOCITIES)
         paces = [*self._KNOWN, 0.3, 0.6, 1.7, 3.5]
         corrections = [replace(correction, pace=correction.pace * pace) for pace in paces]
         scores = problem.roughly(corrections)
@@ -199,15 +256,33 @@ class TimeUnit(Hypothesis):
         pace = pace if is_known else free
         if 0.8 < pace < 1.25:
             return
-        step = problem.samples.step * pace
-        yield Candidate(
+        yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN) if is_known else 1)
+
+    def _candidate(
+        self, problem: Problem, pace: float, numbers: int, alternatives: int, reason: str = ""
+    ) -> Candidate:
+        correction = problem.correction
+        return Candidate(
             self.name,
-            f"Time is in another unit: {number(1.0 / pace)} of its seconds are one",
-            self._remedy(problem, pace, step),
+            f"Time is in another unit{reason}: {number(1.0 / pace)} of its seconds are one",
+            self._remedy(problem, pace, problem.samples.step * pace),
             replace(correction, pace=correction.pace * pace),
-            numbers=0 if is_known else 1,
-            alternatives=len(self._KNOWN) if is_known else 1,
+            numbers=numbers,
+            alternatives=alternatives,
         )
+
+    def _of_velocities(self, problem: Problem) -> float | None:
+        """Factor by which the velocity columns of all joints are too large; None without a common one."""
+        factors = []
+        for log in problem.samples.logs:
+            recording = log.recording
+            if recording is not None and recording.qd is not None:
+                factors.append(velocity_factors(log.time, recording.q, recording.qd, log.gaps))
+        known = np.concatenate(factors) if factors else np.zeros(0)
+        known = known[np.isfinite(known) & (known > 0.0)]
+        if len(known) < self._FEWEST or np.ptp(known) > self._ALIKE * float(np.median(known)):
+            return None
+        return float(np.median(known))
 
     def _remedy(self, problem: Problem, pace: float, step: float) -> str:
         recording = problem.samples.logs[0].recording

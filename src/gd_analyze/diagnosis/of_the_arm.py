@@ -13,7 +13,8 @@ from gd_analyze.diagnosis.equations import with_gravity
 from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.remedies import vector
-from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
+from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, regressor
+from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.text import number
 
 # Plausible mass of what an arm carries, as a share of its own, and its distance, as a share of the reach.
@@ -149,12 +150,46 @@ class Payload(Hypothesis):
             remedy = f"--payload {mass:.3g},{vector(local)}"
         else:
             sentence = f"The file carries {number(-mass)} kg at its end that the robot did not"
-            remedy = f"take {number(-mass)} kg off the file's last link, or leave out its hand"
-            if problem.arm.links[-1].bare is not None:
-                remedy = "leave out --payload"
+            remedy = f"take {number(-mass)} kg off the file's last link"
         yield Candidate(
             self.name, sentence, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
         )
+
+
+class NamedEnd(Hypothesis):
+    """A body that the file names beyond the last joint, or --payload, is not on the robot."""
+
+    name = "payload"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best of these bodies."""
+        arm, correction = problem.arm, problem.correction
+        last = arm.links[-1]
+        ends = [
+            (f"{end.name} ({number(end.mass)} kg)", f"take {end.name} out of the file", _numbers_of(end))
+            for end in arm.ends
+        ]
+        if last.bare is not None:
+            mass = f"The payload ({number(last.mass - last.bare.mass)} kg)"
+            ends.append((mass, "leave out --payload", _numbers_of(last) - _numbers_of(last.bare)))
+        ends = [end for end in ends if end[2][0] > _HEAVY * arm.mass.sum()]
+        corrections = [replace(correction, taken_off=numbers) for *_, numbers in ends]
+        for k in problem.best(corrections) if corrections else []:
+            body, remedy, _ = ends[k]
+            yield Candidate(
+                self.name,
+                f"{body} is in the file, not on the robot",
+                remedy,
+                corrections[k],
+                alternatives=len(ends),
+                unsure="the last link is wrong by as much",
+            )
+
+
+def _numbers_of(link: Link) -> FloatArray:
+    """A body's ten numbers about the origin of its frame, (10,)."""
+    inertia = link.inertia_com + of_point_mass(link.mass, link.com)
+    return inertial_parameters(link.mass, link.mass * link.com, inertia)
 
 
 class ChangeInTime(Hypothesis):

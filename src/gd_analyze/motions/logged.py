@@ -88,6 +88,7 @@ class Recording:
     columns: tuple[ColumnUse, ...] = ()  # how the log's columns were understood
     # Treatment: rows left out, gaps, unwrapping, filter and the rule of its cut-off
     treatment: tuple[str, ...] = ()
+    qd: FloatArray | None = None  # velocities as read, whether used or not, shape (N, n)
 
     @property
     def measured(self) -> bool:
@@ -131,7 +132,7 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
         return treated(_as_readings(logged), arm, treatment)
     derivatives = completed(sampled.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
-    recording = Recording(q, torque, torque, None, nothing, nothing, sampled.columns, notes)
+    recording = Recording(q, torque, torque, None, nothing, nothing, sampled.columns, notes, qd)
     return (sampled.time, q, *derivatives, sampling.gaps, recording)
 
 
@@ -180,7 +181,7 @@ def _smoothed(sampled: Logged, sampling: Sampling, treatment: Treatment, notes: 
     notes = (*notes, f"accelerations from {readings}, {smoothing}; {noise}")
     noise_q = noise_of(sampled.q, q, sampling.step, cutoffs)
     recording = Recording(
-        sampled.q, sampled.torque, torque, cutoffs, noise_q, noise_qdd, sampled.columns, notes
+        sampled.q, sampled.torque, torque, cutoffs, noise_q, noise_qdd, sampled.columns, notes, sampled.qd
     )
     derivatives_from = derived if sampled.qdd is None else f"given: measured, {smoothing}"
     return sampled.time, q, qd, qdd, derivatives_from, sampling.gaps, recording

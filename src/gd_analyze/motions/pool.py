@@ -199,4 +199,5 @@ def _recording(motions: Sequence[Trajectory]) -> Recording | None:
         np.max([recording.noise_qdd for recording in recordings], axis=0),
         recordings[0].columns,
         (*notes, common),
+        joined([recording.qd for recording in recordings]),
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, are_possible
+from gd_analyze.arrays import Array, FloatArray, are_possible
 from gd_analyze.motions.reading import refusal
 from gd_analyze.text import LARGEST, named_joints
 
@@ -201,10 +201,43 @@ def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[
     return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
 
 
+def velocity_factors(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> FloatArray:
+    """Factor by which each joint's velocities are too large for its positions, (n,).
+
+    nan where a joint hardly moves, or where they are no multiple of the derivative.
+    """
+    out = np.full(q.shape[1], np.nan)
+    if len(time) < FEWEST_COMPARED:
+        return out
+    (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
+    moved, integrated, _ = _paths(time, q, qd, gaps)
+    for joint in np.flatnonzero(_moves(moved, integrated)).tolist():
+        out[joint] = _slope(moved[:, joint], integrated[:, joint])
+    return out
+
+
 def _contradicted(
     time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
 ) -> dict[int, float | None]:
-    """Joints (from 0) where v is not the derivative of x, with the factor by which v is too large.
+    """Joints (from 0) where v is not the derivative of x, with the factor by which v is too large."""
+    moved, integrated, unsure = _paths(time, x, v, gaps)
+    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
+    missed = np.ptp(moved - integrated, axis=0) - unsure
+    return {
+        int(joint): _factor(moved[:, joint], integrated[:, joint])
+        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > _MISSED * size))
+    }
+
+
+def _moves(moved: FloatArray, integrated: FloatArray) -> Array:
+    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
+    return np.asarray(size > max(_STILL, _STILL_SHARE * float(size.max())))
+
+
+def _paths(
+    time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Path of x, the integral of v, (N, n) each, and by how much that may err, (n,).
 
     Integrals are compared, as differences of x would be mostly noise. Between set points v lies between its
     values there: the trapezoidal rule errs by at most half its change times the step.
@@ -219,25 +252,23 @@ def _contradicted(
         np.put_along_axis(array, worst, 0.0, axis=0)
     start = np.zeros((1, x.shape[1]))
     moved, integrated = (np.vstack([start, np.cumsum(array, axis=0)]) for array in (changes, integrals))
-    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    missed = np.ptp(moved - integrated, axis=0) - unsure.sum(axis=0)
-    moves = size > max(_STILL, _STILL_SHARE * float(size.max()))
-    return {
-        int(joint): _factor(moved[:, joint], integrated[:, joint])
-        for joint in np.flatnonzero(moves & (missed > _MISSED * size))
-    }
+    return moved, integrated, unsure.sum(axis=0)
+
+
+def _slope(moved: FloatArray, integrated: FloatArray) -> float:
+    """Factor between two paths; nan if they differ in shape."""
+    a, b = moved - moved.mean(), integrated - integrated.mean()
+    if not a.any():
+        return np.nan
+    factor = float(a @ b / (a @ a))
+    return factor if np.ptp(b - factor * a) <= _LEFT_OVER * np.ptp(b) else np.nan
 
 
 def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
     """The known factor between two paths, if any; 0 if only the first moves."""
     if not np.ptp(integrated):
         return 0.0
-    a, b = moved - moved.mean(), integrated - integrated.mean()
-    if not a.any():
-        return None
-    factor = float(a @ b / (a @ a))
-    if np.ptp(b - factor * a) > _LEFT_OVER * np.ptp(b):
-        return None
+    factor = _slope(moved, integrated)
     return next(
         (candidate for candidate in _MEANING if candidate and abs(factor / candidate - 1) < _NEAR), None
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import groupby
@@ -22,6 +23,8 @@ TEMPLATES = Path(__file__).parent / "templates"
 # Least number of rows of a sortable table.
 _SORTABLE = 12
 _MATHS = PageMathML()
+# An option of the command line, which a browser would break after its hyphens.
+_OPTION, _WHOLE = re.compile(r"--[a-z][a-z-]*"), r'<span class="option">\g<0></span>'
 
 
 def page_of(result: Result) -> str:
@@ -245,5 +248,8 @@ def text(words: object) -> Markup:
     pieces = str(escape(pretty(str(words)))).split("`")
     if len(pieces) % 2 == 0:  # a backquote without its partner
         pieces[-2:] = ["`".join(pieces[-2:])]
-    marked = (f"<code>{piece}</code>" if k % 2 else unbroken(piece) for k, piece in enumerate(pieces))
+    marked = (
+        f"<code>{piece}</code>" if k % 2 else _OPTION.sub(_WHOLE, unbroken(piece))
+        for k, piece in enumerate(pieces)
+    )
     return Markup("".join(marked))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from gd_analyze.report.model_sections import beyond_section, founding_section, m
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results import motion_result
 from gd_analyze.results import rows as row_parts
+from gd_analyze.results.diagnosis_result import faults_table, ranking_table, where_drawing, worst_joint
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
 from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joint_rows, rows_of, table_of
@@ -115,9 +116,21 @@ def _measured(findings: Findings) -> Section:
         Drawing("measured", "Measured and exact torque, and their difference.", figure),
         motion_result.measured_table(table, findings.arm),
         *motion_result.friction_tables(table, findings.arm),
+        *_diagnosis(findings),
     )
     note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
     return Section("measured", "Measured torque and the model's", parts, note)
+
+
+def _diagnosis(findings: Findings) -> Iterator[Part]:
+    """What a log that contradicts the arm tells: causes tried, and the worst joint's residuals."""
+    if "diagnosis" not in findings.tables:
+        return
+    table = findings.tables["diagnosis"]
+    joint = worst_joint(table)
+    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
+    parts = (*drawings, *ranking_table(table), *faults_table(table))
+    yield Section("", "Why log and arm contradict each other", parts, str(table.attrs["answer"]))
 
 
 def _torque(findings: Findings) -> Section:

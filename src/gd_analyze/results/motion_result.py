@@ -10,6 +10,7 @@ import numpy as np
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.result import Column, Fact, Part, Section, Table, joint_columns
+from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables, for_json
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
@@ -33,16 +34,6 @@ _NOISE = 3.0
 _MUCH = 10.0
 # Multiples beyond this are not written out: a log filtered before has next to no noise.
 _BEYOND = 1000
-# Possible reasons why a measured torque contradicts the model.
-_CHECK = {
-    "too light": ("masses", "payload", "the unit of the torques"),
-    "too heavy": ("masses", "the unit of the torques"),
-    "other sign": ("the directions of the axes",),
-    "another joint's": ("the order of the columns",),
-    "lacks drive inertia": ("the inertia of the drives (--drive-inertia)",),
-    "does not follow": ("the columns of the torques", "the units of the motion"),
-}
-
 
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
     """Measured torque compared with the model's, and fitted friction; empty if nothing was measured."""
@@ -55,6 +46,10 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
         measured_table(table, findings.arm),
         *friction_tables(table, findings.arm),
     )
+    if "diagnosis" in findings.tables:
+        diagnosis = findings.tables["diagnosis"]
+        shown = (*diagnosis_facts(diagnosis), *diagnosis_tables(diagnosis, findings.arm))
+        parts += (Section("diagnosis", "", for_json(shown)),)
     return (Section("measured_torque", "", parts),)
 
 
@@ -131,13 +126,15 @@ def contradicted_joints(findings: Findings) -> str:
     return f"The log contradicts the arm at {named_joints(joints, findings.arm.n_joints)}. "
 
 
-def torque_warning(table: xr.Dataset, arm: str) -> str:
-    """Joints at which the model contradicts the measurement, and what to check."""
+def torque_warning(table: xr.Dataset, arm: RobotArm, diagnosis: xr.Dataset | None, answer: str) -> str:
+    """Joints at which the measurement contradicts the model, and the answer of the diagnosis."""
     rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
-    places = dict.fromkeys(place for row in rows for place in _CHECK[row["verdict"]])
+    subject = f"measured torques contradict the model of {arm.name}"
+    if diagnosis is not None and diagnosis.sizes["cause"]:
+        joints = named_joints([row["joint"] for row in rows], arm.n_joints)
+        return f"{subject} at {joints}. {answer.removesuffix('.')}"
     descriptions = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
-    check = f"Check {', '.join(places)}; `gd-analyze identify` fits a model to the log"
-    return f"measured torques contradict the model of {arm}: {descriptions}. {check}"
+    return f"{subject}: {descriptions}. {answer} `gd-analyze identify` fits a model to the log"
 
 
 def motion_rows(findings: Findings) -> list[Row]:

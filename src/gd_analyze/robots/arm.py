@@ -49,6 +49,9 @@ class RobotArm:
         Implausible numbers found when the arm was read, a sentence each; every use of the arm warns of them.
     tip, tip_frame
         The last link asked for, and its frame (of a payload) relative to that of the last moving link.
+    ends
+        Bodies that the file names beyond the last joint, each with all that it carries, in the last link's
+        frame: they are part of the last link, and may be missing on the robot.
     spread
         For an identified arm: factor S of the covariance S^T S of the links' `PARAMETERS` and, last, the
         drives' inertia, shape (k, n, 11). It replaces the links' and drives' own uncertainties.
@@ -72,6 +75,7 @@ class RobotArm:
     doubts: tuple[str, ...] = ()
     tip: str = ""
     tip_frame: Placement = field(default_factory=Placement)
+    ends: tuple[Link, ...] = ()
     spread: FloatArray | None = None
 
     def __post_init__(self) -> None:

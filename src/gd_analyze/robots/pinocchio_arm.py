@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import straight, without_round_off
@@ -27,6 +28,8 @@ _MOST_LINKS = 2000
 _NO_VELOCITY = 100.0
 # An end of a range of 1000, 10000 and so on means no limit: arms reach a few turns, or 100 m on a gantry.
 _NO_RANGE = 1000.0
+# Mass below which a body is a frame, kg.
+_NO_MASS = 1e-6
 
 
 def arm_of_robot(
@@ -94,7 +97,49 @@ def _arm_of_chain(
         doubts=tuple(_doubts(tree, moving, arms_links, inboard)),
         tip=tip or "",
         tip_frame=Placement(straight(np.array(end.rotation)), without_round_off(np.array(end.translation))),
+        ends=tuple(_ends(tree, moving[-1], tree.configuration(held_values))),
     )
+
+
+def _ends(tree: Tree, last: TreeJoint, q: FloatArray) -> Iterator[Link]:
+    """Bodies with mass beyond the last joint, each with all that it carries, in that joint's frame."""
+    model = tree.model
+    frames, data = model.frames, model.createData()
+    pin.forwardKinematics(model, data, q)
+    bodies = [
+        k
+        for k, frame in enumerate(frames)
+        if frame.type == pin.FrameType.BODY and frame.parentJoint in tree.beyond({last.index})
+    ]
+    fixed = [frame for frame in frames if frame.type == pin.FrameType.FIXED_JOINT]
+    own, above = {}, {}
+    for k in bodies:
+        attached = frames[frames[k].parentFrame]
+        joint, above[k] = attached.parentJoint, attached.parentFrame
+        if attached.type == pin.FrameType.FIXED_JOINT:
+            inertia, place = attached.inertia, data.oMi[joint] * attached.placement
+        else:
+            inertia, place = model.inertias[joint], data.oMi[joint]
+            for other in fixed:
+                if other.parentJoint == joint:
+                    inertia = inertia - other.placement.act(other.inertia)
+        own[k] = (data.oMi[last.index].inverse() * place).act(inertia)
+    for k in bodies:
+        if frames[k].name == last.link or own[k].mass <= _NO_MASS:
+            continue
+        carried, total = {k}, own[k]
+        for other in bodies:  # parents come first
+            if above[other] in carried:
+                carried.add(other)
+                total = total + own[other]
+        inertia = np.array(total.inertia)
+        yield Link(
+            frames[k].name,
+            float(total.mass),
+            np.array(total.lever),
+            (inertia + inertia.T) / 2,
+            source=tree.line("link", frames[k].name),
+        )
 
 
 def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: set[str]) -> Iterator[str]:

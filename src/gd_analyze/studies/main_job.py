@@ -24,6 +24,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
+from gd_analyze.diagnosis.diagnose import diagnosed
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.dynamics.robustness import robustness
@@ -38,6 +39,7 @@ from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results import motion_tables, run_tables
 from gd_analyze.results.findings import Findings, provenance_of_run
+from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -359,6 +361,7 @@ class _Evaluation:
     exact: ExactDynamics
     residuals: tuple[Residual, ...]
     measured_torque: xr.Dataset | None
+    diagnosis: xr.Dataset | None  # where measured torques contradict the arm
     too_many_terms: str  # why single terms are not ranked; "" if they are
     long: LongMotion | None  # a motion of more set points than are kept
 
@@ -432,15 +435,28 @@ def _evaluated(job: _Job) -> _Evaluation:
     exact = ExactDynamics.of(arm, dataset)
     warn_without_torque(exact)
     warn_of_torque_limits(arm, exact.states, exact.torque)
-    measured_torque = None
+    measured_torque = diagnosis = None
     if motion.recording is not None and motion.recording.torque is not None:
         comparison = compared(arm, motion, np.asarray(dataset.torque.values))
         measured_torque = motion_tables.measured_torque_table(
             comparison, motion, fit_friction=how.fit_friction
         )
         if not is_described(measured_torque):
-            warnings.warn(torque_warning(measured_torque, arm.name), GdAnalyzeWarning, stacklevel=2)
-    return _Evaluation(dataset, exact, residuals, measured_torque, too_many_terms(exact.form), long)
+            diagnosis, answer = _diagnosis(arm, motion)
+            text = torque_warning(measured_torque, arm, diagnosis, answer)
+            warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+    return _Evaluation(
+        dataset, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form), long
+    )
+
+
+def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:
+    """Why log and arm contradict each other, and the answer; no table if nothing can be compared."""
+    try:
+        tabulated = diagnosis_table(diagnosed(arm, [motion]))
+    except UsageError as error:
+        return None, f"No diagnosis: {error.what}."
+    return tabulated, str(tabulated.attrs["answer"])
 
 
 def _searched(job: _Job, evaluation: _Evaluation) -> _Search:
@@ -570,6 +586,8 @@ def _tables(
         tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
     if evaluation.measured_torque is not None:
         tables["measured_torque"] = evaluation.measured_torque
+    if evaluation.diagnosis is not None:
+        tables["diagnosis"] = evaluation.diagnosis
     if trajectory.motions:
         allowed = [alone.allowed(search.budget) for alone in exact.by_motion.values()]
         ranked = motion_tables.rank_by_motion(arm, dataset, trajectory, allowed)

@@ -1,0 +1,266 @@
+"""A diagnosis as a table and a result: the answer, what remains by joint, the ranking, where to look."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.answer import answer, what_remains_follows
+from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.diagnosis.hypothesis import Candidate
+from gd_analyze.figures.diagnosis import compared_joints, torque_figure, where_figure
+from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.schema import table
+from gd_analyze.text import joint_name
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Causes that a person sees in the ranking.
+_SHOWN = 6
+
+
+def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
+    """Tabulate a diagnosis: joints, causes, all that was tried, faulty readings and the samples compared."""
+    arm, problem, corrected = diagnosis.arm, diagnosis.problem, diagnosis.corrected
+    samples, n = problem.samples, arm.n_joints
+    is_compared = bool(corrected.moving)
+    follows = what_remains_follows(corrected) if is_compared else [""] * n
+    nothing = np.full((len(samples), n), np.nan)
+    measured, fitted = problem.torques() if problem.moving else (nothing, nothing)
+    mended, fitted_mended = corrected.torques() if is_compared else (nothing, nothing)
+    claimed = [*diagnosis.causes, *diagnosis.rivals]
+    values: dict[str, Any] = {
+        "remains_before": diagnosis.before.residuals,
+        "remains_after": diagnosis.after.residuals,
+        "follows": _texts(follows),
+        **_candidates("cause", claimed),
+        "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
+        **_candidates("tried", diagnosis.ranking),
+        "tried_remains": _numbers([_remains(candidate) for candidate in diagnosis.ranking]),
+        "tried_residuals": np.array([_residuals(candidate) for candidate in diagnosis.ranking]).reshape(-1, n),
+        "tried_numbers": np.array([candidate.numbers for candidate in diagnosis.ranking], dtype=np.int64),
+        "tried_fall": _numbers([candidate.fall for candidate in diagnosis.ranking]),
+        "fault_name": _texts([fault.name for fault in diagnosis.faults]),
+        "fault_joint": np.array([fault.joint + 1 for fault in diagnosis.faults], dtype=np.int64),
+        "fault_what": _texts([fault.what for fault in diagnosis.faults]),
+        "fault_remedy": _texts([fault.remedy for fault in diagnosis.faults]),
+        "fault_share": _numbers([fault.share for fault in diagnosis.faults]),
+        "sample_time": samples.time,
+        "sample_q": samples.q,
+        "sample_qd": samples.qd,
+        "sample_qdd": samples.qdd,
+        "sample_measured": measured,
+        "sample_fitted": fitted,
+        "sample_mended": mended,
+        "sample_fitted_mended": fitted_mended,
+    }
+    attributes = {
+        "answer": answer(diagnosis),
+        "logs": "\n".join(diagnosis.logs),
+        "tells": int(diagnosis.tells),
+        "masses_off": diagnosis.after.off if is_compared else 0.0,
+        "margin": problem.settings.margin,
+        "misfit": problem.settings.misfit,
+    }
+    return table("diagnosis", values, arm.is_revolute, attrs=attributes)
+
+
+def _candidates(prefix: str, candidates: Sequence[Candidate]) -> dict[str, Any]:
+    return {
+        f"{prefix}_{name}": _texts([getattr(candidate, name) for candidate in candidates])
+        for name in ("name", "what", "remedy", "unsure")
+    }
+
+
+def _texts(texts: Sequence[str]) -> np.ndarray:
+    return np.array(texts, dtype=str)
+
+
+def _numbers(values: Sequence[float]) -> FloatArray:
+    return np.array(values, dtype=float)
+
+
+def _remains(candidate: Candidate) -> float:
+    assert candidate.fit is not None  # judged
+    return candidate.fit.remains
+
+
+def _residuals(candidate: Candidate) -> FloatArray:
+    assert candidate.fit is not None  # judged
+    return candidate.fit.residuals
+
+
+def diagnosis_result(diagnosis: Diagnosis, provenance: Mapping[str, str]) -> Result:
+    """Facts, tables and drawings."""
+    arm, tabulated = diagnosis.arm, diagnosis_table(diagnosis)
+    facts = diagnosis_facts(tabulated)
+    return Result(
+        title=arm.title or arm.name,
+        subtitle=f"diagnosed with {', '.join(diagnosis.logs)}",
+        headline=str(tabulated.attrs["answer"]),
+        facts=tuple(fact for fact in facts if fact.value is not None or not fact.label),
+        parts=(*diagnosis_tables(tabulated, arm), *_drawings(tabulated, arm)),
+        provenance=dict(provenance),
+    )
+
+
+def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact, ...]:
+    """The cause, its remedy, and what remains before and after."""
+    has_cause = tabulated.sizes["cause"] > 0
+    name, remedy = (
+        str(tabulated[f"cause_{word}"].values[0]) if has_cause else None for word in ("name", "remedy")
+    )
+    before, after = (_mean(tabulated[f"remains_{when}"].values) for when in ("before", "after"))
+    off = float(tabulated.attrs["masses_off"]) if compared_joints(tabulated) else None
+    return (
+        Fact("cause", "", name),
+        Fact("remedy", "Remedy", remedy, shown="text"),
+        Fact("remains_before", "Torque that remains, as logged", before, "of RMS", "percent"),
+        Fact(
+            "remains_after",
+            "Torque that remains, mended" if has_cause else "",
+            after,
+            "of RMS",
+            "percent",
+        ),
+        Fact("masses_off", "File's torque off by", off, "", "percent"),
+        Fact("tells", "Log tells more than friction", bool(tabulated.attrs["tells"]), shown="flag"),
+        Fact("logs", "", str(tabulated.attrs["logs"]).split("\n")),
+    )
+
+
+def _mean(residuals: FloatArray) -> float:
+    """Quadratic mean of the joints that are compared; nan if there are none."""
+    is_compared = np.isfinite(residuals)
+    return float(np.sqrt(np.mean(residuals[is_compared] ** 2))) if is_compared.any() else np.nan
+
+
+def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Table, ...]:
+    """What remains by joint, the causes, all that was tried, and faulty readings."""
+    return (
+        _joints(tabulated, arm),
+        *_causes(tabulated),
+        *ranking_table(tabulated),
+        *faults_table(tabulated),
+    )
+
+
+def for_json(parts: Sequence[Part]) -> tuple[Part, ...]:
+    """The same parts for JSON alone."""
+    hidden: list[Part] = []
+    for part in parts:
+        if isinstance(part, Table):
+            hidden.append(replace(part, columns=tuple(replace(column, label="") for column in part.columns)))
+        elif isinstance(part, Fact):
+            hidden.append(replace(part, label=""))
+    return tuple(hidden)
+
+
+def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
+    follows = tabulated.follows.values.tolist()
+    after = "with the causes" if tabulated.sizes["cause"] else ""
+    columns = (
+        *joint_columns(arm.joints),
+        Column("before", "remains", tabulated.remains_before.values, shown="percent"),
+        Column("after", after, tabulated.remains_after.values, shown="percent"),
+        Column("follows", "which follows" if any(follows) else "", follows, shown="text"),
+    )
+    note = (
+        "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
+        "Links within the file's error, drive inertia and friction are fitted."
+    )
+    return Table("joints", "What remains, by joint", columns, note)
+
+
+def _causes(tabulated: xr.Dataset) -> Iterator[Table]:
+    rows = _rows(tabulated, "cause")
+    if rows:
+        columns = [
+            Column(name, "", [row[name] for row in rows])
+            for name in ("name", "what", "remedy", "unsure", "rival")
+        ]
+        yield Table("causes", "", tuple(columns))
+
+
+def ranking_table(tabulated: xr.Dataset) -> Iterator[Table]:
+    """All that was tried as first cause, the best first; none if nothing was tried."""
+    rows = _rows(tabulated, "tried")
+    if not rows:
+        return
+    columns = (
+        Column("name", "", [row["name"] for row in rows]),
+        Column("what", "cause tried", [row["what"] for row in rows], shown="text"),
+        Column("remains", "remains", [row["remains"] for row in rows], shown="percent"),
+        Column("residuals", "", [row["residuals"] for row in rows]),
+        Column("numbers", "numbers", [row["numbers"] for row in rows], shown="count"),
+        Column("fall", "fall of score", [row["fall"] for row in rows], shown="count"),
+        Column("remedy", "", [row["remedy"] for row in rows]),
+        Column("unsure", "", [row["unsure"] for row in rows]),
+    )
+    note = (
+        f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
+        "then remains unexplained, makes a cause; costs of fitted numbers are included."
+    )
+    yield Table("ranking", "Causes tried", columns, note, _SHOWN)
+
+
+def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
+    """Faulty readings; none if there are none."""
+    rows = _rows(tabulated, "fault")
+    if rows:
+        columns = (
+            Column("name", "", [row["name"] for row in rows]),
+            Column("joint", "", [row["joint"] for row in rows]),
+            Column("what", "fault of readings", [row["what"] for row in rows], shown="text"),
+            Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
+            Column("share", "readings", [row["share"] for row in rows], shown="percent"),
+        )
+        yield Table("faults", "Faulty readings", columns, "These readings are not compared.")
+
+
+def _rows(tabulated: xr.Dataset, dim: str) -> list[dict[str, Any]]:
+    """Rows along a dimension, by the names of its variables without the dimension's."""
+    names = [str(name) for name in tabulated.data_vars if tabulated[name].dims[:1] == (dim,)]
+    columns = [tabulated[name].values.tolist() for name in names]
+    keys = [name.removeprefix(f"{dim}_") for name in names]
+    return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _drawings(tabulated: xr.Dataset, arm: RobotArm) -> Iterator[Section]:
+    joints = compared_joints(tabulated)
+    if not joints:
+        return
+    has_cause = tabulated.sizes["cause"] > 0
+    title = "Torque measured, and fitted by file and friction"
+    torque = Drawing(
+        "torque",
+        f"{title}: as logged, and with the causes." if has_cause else f"{title}.",
+        torque_figure(tabulated, arm),
+    )
+    yield Section("", "Where to look", (torque, where_drawing(tabulated, arm, joints)))
+
+
+def where_drawing(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -> Drawing:
+    """What remains of some joints, from 0, against position, velocity, acceleration and time."""
+    subject = "What remains"
+    if len(joints) == 1:
+        subject += f" at joint {joint_name(joints[0] + 1, arm.joints[joints[0]].name)}"
+    looks = "as logged and with the causes" if tabulated.sizes["cause"] else "as logged"
+    return Drawing(
+        "where",
+        f"{subject}, {looks}.",
+        where_figure(tabulated, arm, joints),
+        "A cause shows where what remains follows one of the four.",
+    )
+
+
+def worst_joint(tabulated: xr.Dataset) -> int | None:
+    """The joint, from 0, of which most of its torque remains as logged; None if none is compared."""
+    joints = compared_joints(tabulated)
+    return max(joints, key=lambda i: float(tabulated.remains_before.values[i])) if joints else None
