@@ -1,6 +1,6 @@
 """Trial of diagnosis: synthetic logs of arms with one fault each, and logs without any.
 
-Writes diagnosis_trial.md beside it: `python analysis/diagnosis_trial.py`; some eight minutes.
+Writes diagnosis_trial.md beside it: `python analysis/diagnosis_trial.py`; some 20 minutes, on two cores half of that.
 
 A log is that of a robot whose links differ from the file's, with drives, Stribeck and load-dependent friction that
 the file does not state, and noise. A fault is visible if the score of file and friction is worse than with the true
@@ -16,8 +16,9 @@ import time
 import warnings
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnose
 from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
+from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Logged
@@ -34,12 +36,11 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import arm_in
+from gd_analyze.robots.parts import Link
 from gd_analyze.robots.payload import with_payload
 from logs_of_arms import fourier
 from psdm_measure import arm_of
 
-# What was found, for a closer look.
-NOTED: list[tuple[str, str, Diagnosis | None]] = []
 HERE = Path(__file__).with_suffix(".md")
 # Fall of the score, against the log without the fault, that makes it visible: twice what a claim needs.
 VISIBLE = 60.0
@@ -162,10 +163,12 @@ class Robot:
         """Torques with noise of their RMS."""
         return torque + self.noise[1] * np.sqrt((torque**2).mean(axis=0)) * self.rng.normal(size=torque.shape)
 
-    def log(self, time_: FloatArray, q: FloatArray, torque: FloatArray) -> Trajectory:
-        """The readings as a motion."""
+    def log(
+        self, time_: FloatArray, q: FloatArray, torque: FloatArray, qd: FloatArray | None = None
+    ) -> Trajectory:
+        """The readings as a motion, velocities among them or not."""
         q = q + self.noise[0] * self.rng.normal(size=q.shape)
-        return Trajectory.from_log(Logged(time_, q, None, None, torque, measured=True))
+        return Trajectory.from_log(Logged(time_, q, qd, None, torque, measured=True))
 
     @property
     def as_it_is(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -369,6 +372,49 @@ def slow_time(robot: Robot) -> Made:
     return _of_log(robot, "unit of time", replace(_none(robot), pace=pace))
 
 
+def time_with_velocities(robot: Robot) -> Made:
+    """Time in another unit in a log with velocities."""
+    pace = float(robot.rng.choice([0.4, 3.0, 0.02]))
+    time_, q, torque = robot.as_it_is
+    truth = replace(_none(robot), pace=pace)
+    log = robot.log(time_ / pace, q, torque, robot.states.qd)
+    return log, robot.file, "unit of time", _same(truth), truth
+
+
+def wrist_coupled(robot: Robot) -> Made | None:
+    """A joint logged with its neighbour's motion, whose axis is not parallel; None without such a pair."""
+    from gd_analyze.diagnosis.of_positions import parallel_to_next
+
+    turns, parallel = robot.file.is_revolute, parallel_to_next(robot.file)
+    pairs = [k for k in range(len(parallel)) if turns[k] and turns[k + 1] and not parallel[k]]
+    if not pairs:
+        return None
+    i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
+    matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
+    return _of_log(robot, "coupled joints", _none(robot).with_position(matrix).with_torque(inverse(matrix).T))
+
+
+def zero_of_slide(robot: Robot) -> Made | None:
+    """The zero of a prismatic joint; None for an arm without one."""
+    slides = np.flatnonzero(~np.array(robot.file.is_revolute))
+    if not len(slides):
+        return None
+    length = float(robot.rng.uniform(0.15, 0.5) * robot.rng.choice([-1.0, 1.0]))
+    return _of_log(robot, "zero of a joint", _none(robot).with_offset(int(robot.rng.choice(slides)), length))
+
+
+def hand_left_out(robot: Robot) -> Made:
+    """A hand that the file names and the robot does not carry."""
+    mass = robot.rng.uniform(0.15, 0.3) * float(robot.arm.mass.sum())
+    place = 0.08 * robot.file.reach * robot.rng.uniform(-1.0, 1.0, 3)
+    hand = Link("hand", mass, place, 0.4 * mass * 0.05**2 * np.eye(3))
+    file = replace(with_payload(robot.file, mass, place, hand.inertia_com), ends=(hand,))
+    file = replace(file, links=(*file.links[:-1], replace(file.links[-1], bare=None)))
+    numbers = parameters_of(file)[-1] - parameters_of(robot.file)[-1]
+    truth = replace(_none(robot), taken_off=numbers)
+    return robot.log(*robot.as_it_is), file, "payload", lambda found: "hand" in found.remedy, truth
+
+
 FAULTS: dict[str, Fault] = {
     "all torques reversed": all_reversed, "a torque reversed": one_reversed, "a joint the other way": other_way,
     "torques in another unit": another_unit, "torques times a factor": any_factor, "currents": currents,
@@ -376,14 +422,34 @@ FAULTS: dict[str, Fault] = {
     "zero off by 90, 180": zero_of_quarter, "zero off": zero_of_any, "ceiling": ceiling, "tilt": tilted,
     "gravity compensated": compensated, "payload": payload_missing, "load put on": load_put_on,
     "joint coupled": coupled, "torques late": late, "time": slow_time,
+    "time, with velocities": time_with_velocities, "joint coupled across": wrist_coupled,
+    "zero of a slide": zero_of_slide, "hand left out": hand_left_out,
 }  # fmt: skip
+
+
+# Kinds of logs without a fault, most of them hard in one way: readings at 15 Hz, four seconds, joints at rest, a
+# quarter of the range, torque noise of 15 %, three times the friction, velocity columns, torques in steps of 3 %.
+_GOOD = (
+    "plain", "plain", "15 Hz", "short", "resting joints", "slow", "noisy", "much friction", "velocities", "coarse",
+)  # fmt: skip
 
 
 def _good(file: RobotArm, seed: int) -> tuple[str, Trajectory]:
     """A log without a fault: plain, or hard in one way."""
-    kind = ("plain", "plain", "15 Hz", "short", "resting joints", "slow")[seed % 6]
+    kind = _GOOD[seed % len(_GOOD)]
     rate, seconds = {"15 Hz": (15.0, 25.0), "short": (125.0, 4.0)}.get(kind, (125.0, 16.0))
     robot = Robot.of(file, 1000 + seed, seconds, rate, 0.25 if kind == "slow" else 0.9)
+    if kind == "noisy":
+        robot.noise = (1e-3, 0.15)
+    if kind == "much friction":
+        robot.friction[:, :2] *= 3.0
+    if kind == "velocities":
+        speed = 0.02 * np.abs(robot.states.qd).max(axis=0) * robot.rng.normal(size=robot.states.qd.shape)
+        return kind, robot.log(*robot.as_it_is, robot.states.qd + speed)
+    if kind == "coarse":
+        time_, q, torque = robot.as_it_is
+        step = 0.03 * np.abs(torque).max(axis=0)
+        return kind, robot.log(time_, q, step * np.round(torque / step))
     if kind == "resting joints":
         rests = robot.rng.permutation(file.n_joints)[: file.n_joints // 2]
         q, qd, qdd = (x.copy() for x in robot.states.arrays)
@@ -407,7 +473,24 @@ def tried(log: Trajectory, file: RobotArm) -> tuple[Diagnosis | None, float]:
     return found, time.process_time() - start
 
 
-Row = tuple[str, str, list[str], float]  # arm, kind of log, answers in order ("right" is true), seconds
+@dataclass(frozen=True)
+class Row:
+    """What was said of one log."""
+
+    arm: str
+    kind: str
+    answers: list[str]  # in order; "right" is true, and "invisible" comes first where a fault is
+    seconds: float
+    best: list[str]  # the causes ranked first, for a closer look
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the log has no fault."""
+        return self.kind.startswith("good")
+
+
+def _best(found: Diagnosis | None) -> list[str]:
+    return [] if found is None else [f"{one.what} ({one.fall:.0f})" for one in found.ranking[:3]]
 
 
 def trial_good(name: str, file: RobotArm, seed: int) -> Row | None:
@@ -415,8 +498,7 @@ def trial_good(name: str, file: RobotArm, seed: int) -> Row | None:
     kind, log = _good(file, seed)
     found, seconds = tried(log, file)
     claims = [] if found is None else [cause.name for cause in found.causes]
-    NOTED.append((name, kind, found))
-    return name, f"good: {kind}", claims, seconds
+    return Row(name, f"good: {kind}", claims, seconds, _best(found))
 
 
 def trial_bad(name: str, file: RobotArm, kind: str, seed: int) -> Row | None:
@@ -440,23 +522,35 @@ def trial_bad(name: str, file: RobotArm, kind: str, seed: int) -> Row | None:
     names = ["right" if is_right(one) else one.name for one in answers]
     seen = found.before.score - score_without_fault(robot) if score is None else -score
     hidden = seen < VISIBLE
-    NOTED.append((name, kind, found))
-    return name, kind, ["invisible", *names] if hidden else names, seconds
+    return Row(name, kind, ["invisible", *names] if hidden else names, seconds, _best(found))
 
 
-def trials(seeds: int, good: int, only: str = "") -> Iterator[Row]:
+def trials(seeds: int, good: int, only: str, workers: int) -> Iterator[Row]:
     """All rows, in an order in which the first are like all."""
-    tasks: list[Callable[[], Row | None]] = []
-    for at, (name, file) in enumerate(arms().items()):
-        tasks += [partial(trial_good, name, file, seed + 7 * at) for seed in range(good if not only else 0)]
+    tasks: list[Task] = []
+    for at, name in enumerate(arms()):
+        tasks += [("", name, seed + 7 * at) for seed in range(good if not only else 0)]
         for k, kind in enumerate(FAULTS):
             if only in kind:
-                numbers = (10_000 * at + 100 * k + seed for seed in range(seeds))
-                tasks += [partial(trial_bad, name, file, kind, number) for number in numbers]
-    for k in np.random.default_rng(0).permutation(len(tasks)).tolist():
-        row = tasks[k]()
-        if row is not None:
-            yield row
+                tasks += [(kind, name, 10_000 * at + 100 * k + seed) for seed in range(seeds)]
+    order = [tasks[k] for k in np.random.default_rng(0).permutation(len(tasks)).tolist()]
+    with ProcessPoolExecutor(workers) as executor:
+        yield from (row for row in executor.map(_run, order) if row is not None)
+
+
+Task = tuple[str, str, int]  # the fault, "" for none, the arm's name, and the seed
+
+
+@cache
+def _arms() -> dict[str, RobotArm]:
+    return arms()
+
+
+def _run(task: Task) -> Row | None:
+    warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
+    kind, name, seed = task
+    file = _arms()[name]
+    return trial_bad(name, file, kind, seed) if kind else trial_good(name, file, seed)
 
 
 def score_without_fault(robot: Robot) -> float:
@@ -473,27 +567,29 @@ def score_without_fault(robot: Robot) -> float:
     return problem.null.score
 
 
-def page(rows: list[Row], processor: float) -> str:
+def page(rows: list[Row]) -> str:
     """Figures and the confusion matrix."""
-    good = [row for row in rows if row[1].startswith("good")]
-    bad = [row for row in rows if not row[1].startswith("good")]
-    seen = [row for row in bad if row[2][:1] != ["invisible"]]
-    first = sum(row[2][:1] == ["right"] for row in seen)
-    two = sum("right" in row[2][:2] for row in seen)
-    hidden = [row for row in bad if row[2][:1] == ["invisible"]]
-    wrong_hidden = sum(len(row[2]) > 1 and row[2][1] != "right" for row in hidden)
-    false = [row for row in good if row[2]]
-    names = ", ".join(dict.fromkeys(row[0] for row in rows))
+    good = [row for row in rows if row.is_good]
+    bad = [row for row in rows if not row.is_good]
+    seen = [row for row in bad if row.answers[:1] != ["invisible"]]
+    first = sum(row.answers[:1] == ["right"] for row in seen)
+    two = sum("right" in row.answers[:2] for row in seen)
+    hidden = [row for row in bad if row.answers[:1] == ["invisible"]]
+    wrong_hidden = sum(len(row.answers) > 1 and row.answers[1] != "right" for row in hidden)
+    false = [row for row in good if row.answers]
+    names = ", ".join(dict.fromkeys(row.arm for row in rows))
     text = HEAD.format(good=len(good), bad=len(bad), arms=names)
     text += f"- True cause first: {first} of {len(seen)} visible ({100 * first / max(len(seen), 1):.1f} %).\n"
     text += f"- True cause among the first two: {two} ({100 * two / max(len(seen), 1):.1f} %).\n"
     text += f"- False alarms: {len(false)} of {len(good)} logs without a fault ({100 * len(false) / max(len(good), 1):.1f} %)"
-    text += "".join(f"; {row[0]}, {row[1][6:]}: {row[2][0]}" for row in false) + ".\n"
+    text += "".join(f"; {row.arm}, {row.kind[6:]}: {row.answers[0]}" for row in false) + ".\n"
     text += f"- Of {len(hidden)} logs with an invisible fault {wrong_hidden} got another cause.\n"
-    text += f"- Processor time: median {np.median([row[3] for row in rows]):.1f} s a log; in all {processor / 60:.0f} min.\n\n"
+    seconds = np.array([row.seconds for row in rows])
+    text += f"- Processor time: median {np.median(seconds):.1f} s a log; in all {seconds.sum() / 60:.0f} min.\n\n"
     table: dict[str, Counter[str]] = defaultdict(Counter)
-    for _, kind, answers, _ in [*seen, *good]:
-        table[kind][answers[0] if answers else "none"] += 1
+    for kind in [*FAULTS, *(f"good: {kind}" for kind in dict.fromkeys(_GOOD))]:
+        for row in (row for row in [*seen, *good] if row.kind == kind):
+            table[kind][row.answers[0] if row.answers else "none"] += 1
     columns = ["right", "none", *sorted({name for row in table.values() for name in row} - {"right", "none"})]
     lines = [
         ["log", *columns],
@@ -512,24 +608,20 @@ def main() -> None:
     """Run the trial and write the page."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--good", type=int, default=14)
+    parser.add_argument("--good", type=int, default=43)
     parser.add_argument("--only", default="")
     parser.add_argument("--most", type=int, default=10**9, help="logs after which to stop")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--dry", action="store_true", help="write no page")
     given = parser.parse_args()
-    warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
     rows = []
-    for row in trials(given.seeds, given.good, given.only):
+    for row in trials(given.seeds, given.good, given.only, given.workers):
         rows.append(row)
-        is_bad = not row[1].startswith("good")
-        if (is_bad and row[2][:1] not in (["right"], ["invisible"])) or (not is_bad and row[2]):
+        if row.answers if row.is_good else row.answers[:1] not in (["right"], ["invisible"]):
             print(row, file=sys.stderr, flush=True)
-            _, _, found, *_ = NOTED[-1]
-            best = [] if found is None else [(one.what, round(one.fall)) for one in found.ranking[:3]]
-            print("", *best, sep="\n    ", file=sys.stderr, flush=True)
         if len(rows) >= given.most:
             break
-    text = page(rows, time.process_time())
+    text = page(rows)
     if not given.dry:
         write_text(HERE, text)
     print(text)

@@ -8,8 +8,9 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.diagnose import Diagnosis
-from gd_analyze.diagnosis.faults import Fault
+from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
+from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.text import named_joints, percent
 
 # Bins of a quantity, least samples of each, and the share of the residual's variance that their means explain
@@ -29,8 +30,11 @@ def answer(diagnosis: Diagnosis) -> str:
     texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in diagnosis.rivals]
     texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in diagnosis.causes[1:]]
     faults = [fault for fault in diagnosis.faults if fault.share > _MANY]
-    if faults:
-        texts.append(_of_faults(faults, diagnosis.arm.n_joints))
+    # A wrong unit of time explains velocities, too.
+    is_explained = any(cause.name == TimeUnit.name for cause in diagnosis.causes)
+    of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
+    of_torques = [fault for fault in faults if fault.name != VELOCITIES]
+    texts += [_of_faults(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group]
     if diagnosis.causes:
         return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
     if not diagnosis.problem.moving:
@@ -78,7 +82,7 @@ def _of_faults(faults: Sequence[Fault], n: int) -> str:
     first = faults[0]
     joints = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
     further = f"; {named_joints(joints, n)}, too" if joints else ""
-    return f"{first.what}, not compared{further}. {first.remedy[0].upper()}{first.remedy[1:]}."
+    return f"{first.what}, {first.effect}{further}. {first.remedy[0].upper()}{first.remedy[1:]}."
 
 
 def _begun(sentence: str) -> str:

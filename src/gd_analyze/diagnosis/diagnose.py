@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.faults import Fault, faults_of
+from gd_analyze.diagnosis.faults import VELOCITIES, Fault, faults_of
 from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.of_positions import (
@@ -74,7 +74,7 @@ class Diagnosis:
     ranking
         All that was tried as first cause, the best first.
     faults
-        Faults of readings, such as frozen or clipped torques; these readings are not compared.
+        Faults of readings, such as frozen or clipped torques, which are not compared.
     before, after
         Fit of file and friction alone, and with the causes; residuals by joint are shares of torque, nan at
         joints that rest or have no torques.
@@ -179,7 +179,7 @@ def diagnosed(
     usable = [good & _settled(motion)[:, None] for good, motion in zip(usable, motions, strict=True)]
     problem = Problem(samples_of(arm, motions, usable, settings), Correction.none(arm.n_joints), settings)
     if not problem.samples.counts.any():
-        if not faults:
+        if not any(fault.name != VELOCITIES for fault in faults):
             raise UsageError(
                 "no joint moves enough to compare torques",
                 where=f"arm {arm.name}",

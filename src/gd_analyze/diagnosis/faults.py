@@ -1,4 +1,4 @@
-"""Faults that readings show by themselves: constant, frozen and clipped torques, and spikes."""
+"""Faults that readings show by themselves: constant, frozen and clipped torques, spikes, other velocities."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.measured_torque import direction
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number, percent
 
@@ -23,19 +24,23 @@ _SPIKE, _MOST_SPIKES = 20.0, 0.05
 _HARMLESS = 1.5
 # Readings around a fault that its filter blurs.
 _BLURRED = 3
+# Factor between velocity columns and dq/dt beyond which they disagree.
+_DISAGREES = 1.25
+VELOCITIES = "velocity column"
 # Least readings.
 _FEWEST = 40
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of one joint's torque in one log."""
+    """A fault of one joint's torque, or velocity, in one log."""
 
     name: str
     joint: int  # from 0
     what: str
     remedy: str
     share: float  # of the readings
+    effect: str = "not compared"
 
 
 def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], list[Array]]:
@@ -53,6 +58,7 @@ def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], l
             for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
                 faults.append(fault)
                 good[:, i] &= ~_blurred(rows)
+        faults += _of_velocities(log)
         usable.append(good)
     return faults, usable
 
@@ -118,6 +124,23 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
             ),
             spikes,
         )
+
+
+def _of_velocities(log: Trajectory) -> Iterator[Fault]:
+    """Velocity columns that are another multiple of dq/dt: positions alone are used then."""
+    recording = log.recording
+    if recording is None or recording.qd is None:
+        return
+    for i, factor in enumerate(velocity_factors(log.time, recording.q, recording.qd, log.gaps).tolist()):
+        if np.isfinite(factor) and not 1.0 / _DISAGREES < factor < _DISAGREES:
+            yield Fault(
+                VELOCITIES,
+                i,
+                f"The velocity column of joint {i + 1} is {number(factor)} times dq/dt",
+                "check its unit and sign, or leave such columns out: --map qd=none",
+                1.0,
+                "not used",
+            )
 
 
 def _runs(values: FloatArray) -> Array:

@@ -221,7 +221,7 @@ def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
             Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
             Column("share", "readings", [row["share"] for row in rows], shown="percent"),
         )
-        yield Table("faults", "Faulty readings", columns, "These readings are not compared.")
+        yield Table("faults", "Faulty readings", columns, "These readings are not compared, and velocities such as these not used.")
 
 
 def _rows(tabulated: xr.Dataset, dim: str) -> list[dict[str, Any]]:
