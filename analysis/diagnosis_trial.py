@@ -585,7 +585,9 @@ def page(rows: list[Row]) -> str:
     text += "".join(f"; {row.arm}, {row.kind[6:]}: {row.answers[0]}" for row in false) + ".\n"
     text += f"- Of {len(hidden)} logs with an invisible fault {wrong_hidden} got another cause.\n"
     seconds = np.array([row.seconds for row in rows])
-    text += f"- Processor time: median {np.median(seconds):.1f} s a log; in all {seconds.sum() / 60:.0f} min.\n\n"
+    text += (
+        f"- Processor time: median {np.median(seconds):.1f} s a log; in all {seconds.sum() / 60:.0f} min.\n\n"
+    )
     table: dict[str, Counter[str]] = defaultdict(Counter)
     for kind in [*FAULTS, *(f"good: {kind}" for kind in dict.fromkeys(_GOOD))]:
         for row in (row for row in [*seen, *good] if row.kind == kind):

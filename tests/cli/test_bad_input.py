@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 
@@ -54,6 +55,11 @@ def toml_with(**lines: str) -> str:
 
 
 MOTION = csv(*ROWS)
+WITH_TORQUES = f"{HEADER},torque1,torque2"
+TORQUES = csv(
+    *(f"{0.01 * k},{math.sin(0.02 * k)},{math.cos(0.03 * k)},{k % 7},{k % 5}" for k in range(400)),
+    header=WITH_TORQUES,
+)
 # Content of x.csv, and what the message must name; the arm is two_link. Others are tested where it is read.
 MOTIONS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "header only": (HEADER + "\n", ("header",)),
@@ -200,6 +206,22 @@ WORDS: dict[str, tuple[str, ...]] = {
     "evaluate m.json x.csv --fail-over|1% frction": ("--fail-over, entry 1", "did you mean friction?"),
     "evaluate m.json x.csv --fail-over 1,2,3": ("--fail-over", "expected: 1 or 2", "found: 3"),
     "evaluate m.json x.csv --fail-over|10% friction": ("--fail-over, joint 1, shoulder, of two_link",),
+    # What a diagnosis needs
+    "diagnose two_link": ("missing argument", "LOG..."),
+    "diagnose two_link x.csv": ("no measured torques to compare with", "trajectory x"),
+    "diagnose two_link nowhere.csv": ("nowhere.csv",),
+    "diagnose puma560 t.csv": ("t.csv, line 1", "q1, q2"),
+    "diagnose two_link rest.csv --measured": ("no joint moves enough", "--exciting"),
+    "diagnose massless.toml t.csv --measured": ("states no masses", "gd-analyze identify"),
+    "diagnose two_link t.csv --torque-sign 1,2": ("--torque-sign", "1 or -1"),
+    "diagnose two_link t.csv --position-sign 1,1,1": ("--position-sign", "found: 3"),
+    "diagnose two_link t.csv --offset 9=90deg": ("--offset", "'9'"),
+    "diagnose two_link t.csv --couple q2=q1": ("--couple", "a sum that contains it"),
+    "diagnose two_link t.csv --lag late": ("--lag", "'late'"),
+    "diagnose two_link x.csv --torque-sign -1": ("no torques to correct", "--torque-sign"),
+    "diagnose two_link t.csv --payload 1,0": ("payload is not 4, 7 or 10 numbers",),
+    "diagnose two_link t.csv --measured --report x.csv/below": ("x.csv",),
+    "diagnose two_link t.csv --report r --format doc": ("--format", "'doc'"),
     # Options that do not go together
     "simplify two_link --refit --level element": ("level term or energy",),
     "two_link x.csv --refit --level element": ("level term or energy",),
@@ -240,6 +262,11 @@ FILES: dict[str, str | bytes] = {
     "robot.urdf": two_joints(*fingers()),
     "moves/a.csv": MOTION,
     "moves/b.csv": "time,q1\n0,1\n",
+    "t.csv": TORQUES,
+    "rest.csv": csv(*(f"{0.01 * k},0,0,1,1" for k in range(400)), header=WITH_TORQUES),
+    "massless.toml": MASSLESS.replace("mass = 2.0", "mass = 0.0").replace(
+        "xx = 0.0, yy = 0.2, zz = 0.2", "xx = 0, yy = 0, zz = 0"
+    ),
 }
 CASES = [
     *(("two_link x.csv", {"x.csv": text}, ("error: x.csv", *says)) for text, says in MOTIONS.values()),

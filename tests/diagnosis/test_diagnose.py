@@ -24,9 +24,11 @@ from gd_analyze.diagnosis.hypothesis import Problem, signs
 from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.logged import Logged
 from gd_analyze.motions.trajectory import Trajectory
+from robot_files import two_joints
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -46,15 +48,19 @@ def log_of(time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Trajectory:
     return Trajectory.from_log(Logged(time, q, None, None, torque, measured=True))
 
 
-def written(folder: Path, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> str:
-    path = folder / "log.csv"
-    head = ",".join(["time", "q1", "q2", "torque1", "torque2"])
-    np.savetxt(path, np.column_stack([time, q, torque]), delimiter=",", header=head, comments="")
+def written(
+    folder: Path, time: np.ndarray, q: np.ndarray, torque: np.ndarray, qd: np.ndarray | None = None
+) -> str:
+    path, joints = folder / "log.csv", range(1, q.shape[1] + 1)
+    arrays = {"q": q, "qd": qd, "torque": torque}
+    columns = {name: values for name, values in arrays.items() if values is not None}
+    head = ",".join(["time", *(f"{name}{i}" for name in columns for i in joints)])
+    np.savetxt(path, np.column_stack([time, *columns.values()]), delimiter=",", header=head, comments="")
     return str(path)
 
 
-def said(*words: str) -> dict:
-    done = CliRunner().invoke(app, ["diagnose", "two_link", *words, "--measured", "--json", "--quiet"])
+def said(*words: str, arm: str = "two_link") -> dict:
+    done = CliRunner().invoke(app, ["diagnose", arm, *words, "--measured", "--json", "--quiet"])
     assert done.exit_code == 0, done.output
     return json.loads(done.stdout)
 
@@ -98,6 +104,112 @@ def test_the_option_mends_the_log(kind, option, good, tmp_path):
     assert mended["remains_before"] < 0.5 * found["remains_before"]
     # Interpolated and smoothed again, with another draw of the samples.
     assert mended["remains_before"] < 2.0 * found["remains_after"] + 0.02
+
+
+def test_the_zero_of_a_slide(tmp_path):
+    """The boom of a Stanford arm, whose reach other joints feel."""
+    robot = Robot.of(gd.load_arm("stanford"), 5)
+    time, q, torque = robot.as_it_is
+    log = written(tmp_path, time, q - 0.3 * (np.arange(6) == 2), torque)
+    found = said(log, arm="stanford")
+    assert found["remedy"].startswith("--offset 3=")
+    assert found["remedy"].endswith("mm")
+    assert said(log, *found["remedy"].split(), arm="stanford")["cause"] is None
+
+
+def test_joints_of_a_wrist_that_move_each_other(puma, tmp_path):
+    """Axes 4 and 5 of a PUMA cross; power is the same in either pair of variables."""
+    robot = Robot.of(puma, 4)
+    time, q, torque = robot.as_it_is
+    coupling = np.eye(6)
+    coupling[4, 3] = 1.0
+    log = written(tmp_path, time, q @ coupling.T, torque @ np.linalg.inv(coupling))
+    found = said(log, arm="puma560")
+    assert found["remedy"] == "--couple q5=q5-q4"
+    assert said(log, *found["remedy"].split(), arm="puma560")["cause"] is None
+
+
+def test_velocity_columns_tell_the_unit_of_time(robot, good, tmp_path):
+    """With them a pace that is no known unit is found, and without a wrong one it is not looked for."""
+    time, q, torque = good
+    found = said(written(tmp_path, 2.5 * time, q, torque, robot.states.qd))
+    assert found["cause"] == "unit of time"
+    assert "velocity columns" in found["ranking"][0]["what"]
+    mended = said(written(tmp_path, 2.5 * time, q, torque, robot.states.qd), *found["remedy"].split())
+    assert mended["cause"] is None
+    right = said(written(tmp_path, time, q, torque, robot.states.qd))
+    assert "unit of time" not in {row["name"] for row in right["ranking"]}
+    assert "faults" not in right
+
+
+def test_velocities_in_another_unit(robot, good, tmp_path):
+    """Positions alone are used; which columns disagree is told, and the option leaves them out."""
+    time, q, torque = good
+    log = written(tmp_path, time, q, torque, robot.states.qd * [1.0, np.degrees(1.0)])
+    found = said(log)
+    assert [(fault["name"], fault["joint"]) for fault in found["faults"]] == [("velocity column", 2)]
+    assert found["cause"] is None
+    assert found["faults"][0]["remedy"].endswith("--map qd=none")
+    assert "faults" not in said(log, "--map", "qd=none")
+
+
+@pytest.mark.filterwarnings("ignore:arm bench_arm does not state all limits")
+def test_a_hand_of_the_file_that_the_robot_lacks(tmp_path):
+    """The edit that is named, made, leaves nothing to explain."""
+    hand = '''<link name="hand"><inertial><origin xyz="0 0 0.1"/><mass value="30"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+    <joint name="grip" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0 0 0.5"/></joint>'''
+    text = two_joints(hand)
+    with_hand, without = tmp_path / "with.urdf", tmp_path / "without.urdf"
+    with_hand.write_text(text)
+    without.write_text(text.replace(hand, ""))
+    arm, bare = gd.load_arm(with_hand), gd.load_arm(without)
+    assert [end.name for end in arm.ends] == ["hand"]
+    assert bare.ends == ()
+    # What is named is what the file has more.
+    assert abs(arm.links[-1].mass - arm.ends[0].mass - bare.links[-1].mass) < 1e-12 * arm.links[-1].mass
+    robot = Robot.of(bare, 6)
+    log = robot.log(*robot.as_it_is)
+    found = gd.diagnose(arm, log)
+    assert found.cause is not None
+    assert found.cause.remedy == "take hand out of the file"
+    assert gd.diagnose(bare, log).causes == ()
+
+
+def test_a_payload_that_was_not_carried(good, tmp_path):
+    log = written(tmp_path, *good)
+    mass = 8.0 * float(gd.load_arm("two_link").mass.sum())
+    found = said(log, "--payload", f"{mass},0,0,0")
+    assert found["remedy"] == "leave out --payload"
+    assert said(log)["cause"] is None
+
+
+def test_the_ranking_has_figures(good, tmp_path):
+    time, q, torque = good
+    rows = said(written(tmp_path, time, q, -torque))["ranking"]
+    assert rows[0]["remedy"] == "--torque-sign -1"
+    for row in rows:
+        assert len(row["residuals"]) == 2
+        assert row["remains"] > 0.0
+    # The quadratic mean over joints.
+    assert np.allclose([np.sqrt(np.mean(np.square(row["residuals"]))) for row in rows],
+                       [row["remains"] for row in rows])  # fmt: skip
+
+
+def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tmp_path, monkeypatch):
+    """One notice with the option; ranking and samples are stored; a log that agrees is not diagnosed."""
+    time, q, torque = good
+    found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
+    notices = [text for text in found.warnings if "contradict" in text]
+    assert len(notices) == 1
+    assert "--torque-sign -1" in notices[0]
+    again = gd.load_findings(tmp_path / "run" / "analysis.h5").tables["diagnosis"]
+    assert again.identical(found.tables["diagnosis"])
+    assert again.cause_remedy.values[0] == "--torque-sign -1"
+    assert "figure-where" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    monkeypatch.setattr("gd_analyze.studies.main_job.diagnosed", None)
+    as_filed = log_of(time, q, torque_of(two_link, robot.states, drives=False))
+    assert "diagnosis" not in gd.analyze(two_link, as_filed, level="element").tables
 
 
 def test_nothing_is_wrong(robot, good, two_link):
@@ -199,8 +311,6 @@ def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     problem = problem_of(robot, good)
     columns, _, shared = columns_of(problem.samples, problem.correction, SETTINGS)
     states = gd.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
-    from gd_analyze.dynamics.decomposition import torque_of
-
     torque = torque_of(robot.file, states, drives=False)
     # Some hundred roundings of the largest.
     assert np.abs(columns[:, :, shared + 4].T - torque).max() < 1e-12 * np.abs(torque).max()

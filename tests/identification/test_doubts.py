@@ -89,7 +89,7 @@ def test_an_arm_that_hangs_is_refused(puma, true, states):
     hanging = replace(true, arm=replace(true.arm, gravity=-true.arm.gravity))
     with pytest.raises(UsageError, match="hangs from the ceiling"):
         quietly(puma, hanging.log(*states))
-    with pytest.raises(UsageError, match=r"contradict each other|opposite sign"):
+    with pytest.raises(UsageError, match=r"contradict each other"):
         quietly(puma, hanging.log(*states), anyway=True)
 
 

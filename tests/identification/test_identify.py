@@ -325,7 +325,7 @@ def test_two_columns_that_are_swapped_are_told(puma, true, motion, pair):
         warnings.simplefilter("always", GdAnalyzeWarning)
         try:
             gd.identify(puma, with_torque(log, log.recording.torque[:, order]), physical=False)
-            told = next(str(each.message) for each in caught if "check the columns" in str(each.message))
+            told = next(str(each.message) for each in caught if "gd-analyze diagnose" in str(each.message))
         except UsageError as error:
             told = error.what
     # At one of the two, or at both.
@@ -356,21 +356,16 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     log, bare = true.exact_log(*motion), massless(puma)
     for joint in range(6):
         signs = np.where(np.arange(6) == joint, -1, 1)
-        error = refused(puma, with_torque(log, signs * log.recording.torque), anyway=True)
-        assert f"joint {joint + 1} has the opposite sign" in error.what
-        assert f"--torque-constant {','.join(map(str, signs))} reverses its sign" in error.details["next"]
-    error = refused(puma, with_torque(log, signs * log.recording.torque))
-    assert error.details["next"].startswith("--torque-sign 1,1,1,1,1,-1;")
+        error = refused(puma, with_torque(log, signs * log.recording.torque))
+        assert error.details["next"].startswith(f"--torque-sign {','.join(map(str, signs))};")
     signs = np.array([1, 1, 1, -1, 1, 1])
     error = refused(bare, with_torque(log, signs * log.recording.torque))
     assert "friction would drive joint 4" in error.what
-    assert "--torque-constant 1,1,1,-1,1,1 reverses its sign" in error.details["next"]
+    assert "--torque-sign 1,1,1,-1,1,1 reverses" in error.details["next"]
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
     exchanged = with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]])
-    error = refused(puma, exchanged, anyway=True)
-    assert "joint 2 follows the model of joint 3" in error.what
-    assert "--map" in error.details["next"]
+    assert "torques of joints 2 and 3 are exchanged" in refused(puma, exchanged).what
     assert "given twice" in refused(puma, log, held_out=log).what
     # A commanded motion that is repeated is another log: its torques were measured anew.
     again = with_torque(log, 1.001 * log.recording.torque)

@@ -7,24 +7,15 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli import options
+from gd_analyze.cli import log_options, options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import TRAJECTORY, command_line
+from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Say why logs and an arm's file disagree, and what mends it.")
 @robot_given
-@click.argument(
-    "logs",
-    type=TRAJECTORY,
-    nargs=-1,
-    required=True,
-    metavar="LOG...",
-    help="Recordings with torques; options: `gd-analyze columns --help`.",
-)
-@log_options
+@log_options.logs
 @options.payload
 @options.folder("Folder for a report; without it none is written.", option="--report")
 @reporting
@@ -50,12 +41,12 @@ def diagnose(
       gd-analyze diagnose my_robot.urdf a.csv b.csv --report report
     """
     with output.working() as stage:
-        from gd_analyze.results.findings import provenance
         from gd_analyze.results.diagnosis_result import diagnosis_result
+        from gd_analyze.results.findings import provenance
         from gd_analyze.studies.study_files import StudyFolder
 
         arm = robot.load(payload, logs)
-        motions = [read_motion(word, arm) for word in logs]
+        motions = [log_options.read_motion(word, arm) for word in logs]
         files = None
         if report is not None:
             inputs = [arm.name, *(motion.fingerprint for motion in motions)]

@@ -7,23 +7,15 @@ from pathlib import Path
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli import options
+from gd_analyze.cli import log_options, options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import TRAJECTORY, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 
 
 @click.command(short_help="Fit links, drives and friction to logs with torques.")
 @robot_given
-@click.argument(
-    "logs",
-    type=TRAJECTORY,
-    nargs=-1,
-    required=True,
-    metavar="LOG...",
-    help="Recordings with torques, or currents (--torque-constant); options: `gd-analyze columns --help`.",
-)
+@log_options.logs
 @click.option(
     "--held-out",
     type=TRAJECTORY,
@@ -59,7 +51,6 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     is_flag=True,
     help="Identify even where `gd-analyze diagnose` finds another cause than the links' numbers.",
 )
-@log_options
 @options.out("Write the identified arm into this TOML file.")
 @options.folder("Folder for a report; without it none is written.", option="--report")
 @reporting
@@ -103,7 +94,7 @@ def identify(
 
         arm = robot.load(logs=logs)
         fitted, held_out_motions, carrying = (
-            [read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
+            [log_options.read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
         )
         files = None
         if report is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import FILE, F, OutputPath, positive_number, together
+from gd_analyze.cli.options import FILE, TRAJECTORY, F, OutputPath, positive_number, together
 
 if TYPE_CHECKING:
     from gd_analyze.motions.table import Progress
@@ -123,6 +123,19 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
 
 # Most verbs take these options without listing them.
 log_options, log_options_listed = _log_options(hidden=True), _log_options(hidden=False)
+# LOG... and how they are read, for verbs that compare torques.
+logs = together(
+    click.argument(
+        "logs",
+        type=TRAJECTORY,
+        nargs=-1,
+        required=True,
+        metavar="LOG...",
+        help="Recordings with torques, or currents (--torque-constant); options: "
+        "`gd-analyze columns --help`.",
+    ),
+    log_options,
+)
 
 
 def reading_asked() -> tuple[gd.Reading | None, gd.Treatment | None]:

@@ -18,7 +18,11 @@ from gd_analyze.text import named_joints, percent
 _BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT = 0.05
+# The same beyond which files seldom are off, and the fall of the score from which a cause is worth a look then.
+_MUCH, _PERHAPS = 0.5, 15.0
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
+# Ratio of what remains below which a cause is told by it, not by how far off the links would have to be.
+_CLEARLY = 0.9
 # Share of faulty readings that the answer tells; fewer are in the table alone.
 _MANY = 0.002
 QUANTITIES = ("position", "velocity", "acceleration", "time")
@@ -61,7 +65,11 @@ def answer(diagnosis: Diagnosis) -> str:
         return " ".join([*texts, f"No cause found: {remains} {_FAR_OFF}"])
     if torque_error < _RIGHT:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
-    return " ".join([*texts, f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"])
+    texts.append(f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}")
+    if torque_error > _MUCH and diagnosis.ranking and diagnosis.ranking[0].fall > _PERHAPS:
+        best = diagnosis.ranking[0]
+        texts.append(f"That is much, so look whether {_begun(best.what)} ({best.remedy}).")
+    return " ".join(texts)
 
 
 def advice(cause: Candidate) -> str:
@@ -73,8 +81,12 @@ def advice(cause: Candidate) -> str:
 
 def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
     assert cause.fit is not None  # judged
-    before, after = percent(diagnosis.before.remains), percent(cause.fit.remains)
-    text = f"{cause.what}: {after} of the torque's RMS remains instead of {before}. {advice(cause)}"
+    before, after = diagnosis.before, cause.fit
+    if after.remains < _CLEARLY * before.remains:
+        gain = f"{percent(after.remains)} of the torque's RMS remains instead of {percent(before.remains)}"
+    else:
+        gain = f"the links' torque is off by {percent(after.off)} then, not by {percent(before.off)}"
+    text = f"{cause.what}: {gain}. {advice(cause)}"
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
 
 

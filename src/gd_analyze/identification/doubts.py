@@ -61,8 +61,7 @@ def _contradiction(arm: RobotArm, difference: str) -> UsageError:
         f"log and file contradict each other: {difference}",
         where=f"arm {arm.name}",
         expected="an arm and a log of it, torques in N m, or currents with --torque-constant",
-        next_step="check the log's units, zeros and order of joints (`gd-analyze columns`), the file's "
-        "masses and how the arm is mounted; a short or noisy log needs more motion",
+        next_step="`gd-analyze diagnose` looks for the cause; a short or noisy log needs more motion",
     )
 
 

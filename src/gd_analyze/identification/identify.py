@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.diagnose import diagnose
-from gd_analyze.dynamics.measured_torque import SIGMAS, compare_torque, require_torques
+from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
 from gd_analyze.identification.doubts import doubts_of, require_torque_of_this_size, scale_error
@@ -238,7 +238,8 @@ def _identified(
         )
 
     values, residuals = fitted_values()
-    _require_signs(arm, [*fitted, *held_out_motions], estimate, unknowns, residuals)
+    _require_a_model(arm, residuals)
+    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
     unimproved: list[int] = []
     while has_masses:
         worse = [i for i in range(n) if i not in unimproved and not residuals[i].is_better]
@@ -293,20 +294,6 @@ def _identified(
     )
 
 
-def _require_signs(
-    arm: RobotArm,
-    motions: Sequence[Trajectory],
-    estimate: Estimate,
-    unknowns: Unknowns,
-    residuals: Sequence[Residuals],
-) -> None:
-    """Refuse logs of other signs or columns, or without a model."""
-    for motion in motions:
-        _require_the_files_columns(arm, motion, residuals)
-    _require_a_model(arm, residuals)
-    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
-
-
 def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None:
     """Refuse logs of an arm that stands still or of torques that are constant; warn of joints at rest."""
     still = [i + 1 for i, joint_rows in enumerate(rows) if not len(joint_rows.time)]
@@ -345,11 +332,12 @@ def _require_friction_that_brakes(
     clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
     driven = np.flatnonzero(poor & clear).tolist()
     if driven:
+        signs = ",".join("-1" if i in driven else "1" for i in range(n))
         raise UsageError(
             f"friction would drive {named_joints([i + 1 for i in driven], n)} instead of braking",
             where=f"arm {arm.name}",
             expected="torques positive towards growing positions",
-            next_step=f"{_to_turn(driven, n)}; --map names another column",
+            next_step=f"--torque-sign {signs} reverses their torques; --map names another column",
         )
 
 
@@ -384,10 +372,10 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
         raise UsageError(
             f"no model of this arm predicts the logs: {message}{better}",
             where=f"arm {arm.name}",
-            next_step="check the arm, and order, signs and units of its torques (`gd-analyze columns`); "
-            "a log that is short, or ends differently from its beginning, cannot predict",
+            next_step="`gd-analyze diagnose` looks for the cause; a log that is short, or ends differently "
+            "from its beginning, cannot predict",
         )
-    message += ": check the columns, signs and units of its torque"
+    message += ": `gd-analyze diagnose` looks for the cause"
     warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
@@ -410,31 +398,6 @@ def _require_different(motions: Sequence[Trajectory]) -> None:
 def _torque_read(motion: Trajectory) -> FloatArray:
     recording = motion.recording
     return np.zeros(0) if recording is None or recording.torque is None else recording.torque
-
-
-def _require_the_files_columns(arm: RobotArm, motion: Trajectory, residuals: Sequence[Residuals]) -> None:
-    """Refuse unpredictable torques that match the file's with opposite sign, or another joint's."""
-    if not arm.mass.any():
-        return
-    comparison = compare_torque(arm, motion)
-    for i, (verdict, similar_joint) in enumerate(zip(comparison.verdicts, comparison.resembles, strict=True)):
-        if not residuals[i].share("identified") > _ROUGHLY:
-            continue
-        if verdict == "other sign":
-            fault, next_step = "has the opposite sign of the file's model", _to_turn([i], arm.n_joints)
-        elif verdict == "another joint's":
-            fault, next_step = f"follows the model of joint {similar_joint}", "name its column with --map"
-        else:
-            continue
-        raise UsageError(
-            f"the measured torque of joint {i + 1} {fault}", where=f"log {motion.name}", next_step=next_step
-        )
-
-
-def _to_turn(joints: Sequence[int], n: int) -> str:
-    """Option that reverses the torques' sign at these joints, from 0."""
-    signs = ",".join("-1" if i in joints else "1" for i in range(n))
-    return f"--torque-constant {signs} reverses its sign"
 
 
 def _residuals(

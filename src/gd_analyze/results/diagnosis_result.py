@@ -43,7 +43,9 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
         **_candidates("tried", diagnosis.ranking),
         "tried_remains": _numbers([_remains(candidate) for candidate in diagnosis.ranking]),
-        "tried_residuals": np.array([_residuals(candidate) for candidate in diagnosis.ranking]).reshape(-1, n),
+        "tried_residuals": np.array([_residuals(candidate) for candidate in diagnosis.ranking]).reshape(
+            -1, n
+        ),
         "tried_numbers": np.array([candidate.numbers for candidate in diagnosis.ranking], dtype=np.int64),
         "tried_fall": _numbers([candidate.fall for candidate in diagnosis.ranking]),
         "fault_name": _texts([fault.name for fault in diagnosis.faults]),
@@ -221,7 +223,12 @@ def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
             Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
             Column("share", "readings", [row["share"] for row in rows], shown="percent"),
         )
-        yield Table("faults", "Faulty readings", columns, "These readings are not compared, and velocities such as these not used.")
+        yield Table(
+            "faults",
+            "Faulty readings",
+            columns,
+            "These readings are not compared, and velocities such as these not used.",
+        )
 
 
 def _rows(tabulated: xr.Dataset, dim: str) -> list[dict[str, Any]]:

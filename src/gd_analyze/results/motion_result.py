@@ -35,6 +35,7 @@ _MUCH = 10.0
 # Multiples beyond this are not written out: a log filtered before has next to no noise.
 _BEYOND = 1000
 
+
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
     """Measured torque compared with the model's, and fitted friction; empty if nothing was measured."""
     if "measured_torque" not in findings.tables:

@@ -194,7 +194,7 @@ def recording_table(
             **_over_time(trajectory),
             "element": dominance.element.values,
             "torque_unit": ("element", dominance.torque_unit.values),
-            "column": _distinct([use.column for use in recording.columns]),
+            "column": np.array(_distinct([use.column for use in recording.columns]), dtype=str),
         },
         {"treatment": "\n".join(recording.treatment)},
     )

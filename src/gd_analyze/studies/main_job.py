@@ -21,10 +21,10 @@ from gd_analyze.certification.certificate import certify, usual_effort
 from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.diagnose import diagnosed
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose, decompose_on_demand
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
-from gd_analyze.diagnosis.diagnose import diagnosed
 from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.dynamics.robustness import robustness
@@ -38,8 +38,8 @@ from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results import motion_tables, run_tables
-from gd_analyze.results.findings import Findings, provenance_of_run
 from gd_analyze.results.diagnosis_result import diagnosis_table
+from gd_analyze.results.findings import Findings, provenance_of_run
 from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
