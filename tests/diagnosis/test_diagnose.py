@@ -156,9 +156,10 @@ def test_velocities_in_another_unit(robot, good, tmp_path):
 @pytest.mark.filterwarnings("ignore:arm bench_arm does not state all limits")
 def test_a_hand_of_the_file_that_the_robot_lacks(tmp_path):
     """The edit that is named, made, leaves nothing to explain."""
-    hand = '''<link name="hand"><inertial><origin xyz="0 0 0.1"/><mass value="30"/>
+    hand = """<link name="hand"><inertial><origin xyz="0 0 0.1"/><mass value="30"/>
     <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
-    <joint name="grip" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0 0 0.5"/></joint>'''
+    <joint name="grip" type="fixed"><parent link="lower"/><child link="hand"/>
+    <origin xyz="0 0 0.5"/></joint>"""
     text = two_joints(hand)
     with_hand, without = tmp_path / "with.urdf", tmp_path / "without.urdf"
     with_hand.write_text(text)

@@ -18,7 +18,7 @@ from gd_analyze.text import named_joints, percent
 _BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT = 0.05
-# The same beyond which files seldom are off, and the fall of the score from which a cause is worth a look then.
+# The same beyond which files seldom are off; the fall of the score from which a cause is worth a look then.
 _MUCH, _PERHAPS = 0.5, 15.0
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
 # Ratio of what remains below which a cause is told by it, not by how far off the links would have to be.
