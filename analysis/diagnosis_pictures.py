@@ -75,7 +75,7 @@ def slow_time(robot: Robot) -> Made:
 PICTURES: dict[str, tuple[Fault, int]] = {
     "reversed": (all_reversed, 2), "other_way": (other_way, 3), "unit": (another_unit, 2),
     "exchanged": (exchanged, 2), "zero": (zero, 3), "coupled": (coupled, 3), "late": (late, 1),
-    "time": (slow_time, 1), "ceiling": (ceiling, 2), "payload": (payload_missing, 4),
+    "time": (slow_time, 1), "ceiling": (ceiling, 2), "payload": (payload_missing, 5),
     "change": (load_put_on, 3),
 }  # fmt: skip
 

@@ -21,7 +21,7 @@ _RIGHT = 0.05
 # The same beyond which files seldom are off; the fall of the score from which a cause is worth a look then.
 _MUCH, _PERHAPS = 0.5, 15.0
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
-# Ratio of what remains below which a cause is told by it, not by how far off the links would have to be.
+# Ratio of what remains above which a cause is seen by the links that it leaves nearer to the file's.
 _CLEARLY = 0.9
 # Share of faulty readings that the answer tells; fewer are in the table alone.
 _MANY = 0.002
@@ -82,10 +82,9 @@ def advice(cause: Candidate) -> str:
 def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
     assert cause.fit is not None  # judged
     before, after = diagnosis.before, cause.fit
-    if after.remains < _CLEARLY * before.remains:
-        gain = f"{percent(after.remains)} of the torque's RMS remains instead of {percent(before.remains)}"
-    else:
-        gain = f"the links' torque is off by {percent(after.off)} then, not by {percent(before.off)}"
+    gain = f"{percent(after.remains)} of the torque's RMS remains instead of {percent(before.remains)}"
+    if after.remains > _CLEARLY * before.remains and after.changed < before.changed:
+        gain += ", and the links are nearer to the file's"
     text = f"{cause.what}: {gain}. {advice(cause)}"
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
 

@@ -144,6 +144,7 @@ class Candidate:
     correction: Correction
     numbers: int = 0  # fitted
     alternatives: int = 1  # of the kind
+    rare: float = 0.0  # cost of a cause that is seldom one
     unsure: str = ""  # what cannot be told apart from it: "all masses are wrong by that factor"
     fall: float = 0.0  # of the score, costs included
     fit: FileFit | None = None
@@ -163,7 +164,7 @@ class Hypothesis(ABC):
         settings, out = problem.settings, []
         for candidate in self.candidates(problem):
             cost = settings.per_number * candidate.numbers
-            cost += settings.per_alternative * np.log(candidate.alternatives)
+            cost += settings.per_alternative * np.log(candidate.alternatives) + candidate.rare
             fall = -(problem.score(candidate.correction) + cost)
             out.append(replace(candidate, fit=problem.fit(candidate.correction), fall=float(fall)))
         return sorted(out, key=lambda candidate: -candidate.fall)

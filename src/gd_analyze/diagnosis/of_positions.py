@@ -173,8 +173,8 @@ class Coupling(Hypothesis):
     """A joint is measured against the base, not against the link before it: parallel axes."""
 
     name = "coupled joints"
-    # Whether the axes of the pairs are parallel.
-    _PARALLEL = True
+    # Whether the axes of the pairs are parallel; cost of the cause.
+    _PARALLEL, _RARE = True, 0.0
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
@@ -200,13 +200,15 @@ class Coupling(Hypothesis):
                 couple(i, j, sign),
                 corrections[k],
                 alternatives=len(pairs),
+                rare=self._RARE,
             )
 
 
 class WristCoupling(Coupling):
     """A joint moves its neighbour across: motors that drive two joints of a wrist."""
 
-    _PARALLEL = False
+    # Torque of one joint that a neighbour's sensor feels looks alike, as in a Panda's log (a fall of 120).
+    _PARALLEL, _RARE = False, 150.0
 
 
 def parallel_to_next(arm: RobotArm) -> list[bool]:
