@@ -169,9 +169,9 @@ RESULTS = (
         ),
         diagnosed,
         "Measured and fitted torque of the seven joints of a Franka Panda over 24 s",
-        "File and friction explain joints 2 to 6, and nothing is blamed for the others: joints 1 and 7 carry no "
-        "weight, and what remains of them, seen at 30 Hz, is friction that no file states. The recorded arm had no "
-        f"hand, the file has one of 4 % of its mass, which a log does not tell from a heavier flange. The log is "
+        "File and friction explain joints 2 to 6, and nothing is blamed for the others: joints 1 and 7 carry next to no "
+        "weight, and a quarter of their torques, which are small, remains. The recorded arm had no hand; the file has "
+        "one of 4 % of its mass, which a log does not tell from a heavier flange. The log is "
         f"`franka_inria_inverse_dynamics_solver/bagfiles/{PANDA_LOG}` of the [University of Salerno]({SALERNO}) "
         "(BSD-3-Clause).",
         inputs=("panda.urdf", PANDA_LOG),

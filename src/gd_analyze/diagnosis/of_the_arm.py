@@ -26,6 +26,8 @@ _COMPACT = 0.5
 _JUMP = 0.3
 # Fall of the score worth a step of a search, and the tangent of the largest tilt from where it began.
 _WORTH, _FAR = 0.5, 3.0
+# Least tilt that is told, degrees.
+_TILTED = 1.0
 # First and last size of these steps.
 _FIRST_STEP, _LAST_STEP = 0.35, 0.02
 # Least share of an arm's mass that is told of a payload.
@@ -69,6 +71,8 @@ class Gravity(Hypothesis):
             )
         else:
             tilt = np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0)))
+            if tilt < _TILTED:
+                return
             yield Candidate(
                 self.name,
                 f"The arm's base is tilted by {number(float(tilt))} degrees",
