@@ -113,13 +113,13 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
     spikes = _spikes(torque)
     if 0 < spikes.sum() <= _MOST_SPIKES * len(torque):
         share = float(spikes.mean())
-        count = int(spikes.sum())
+        count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
         times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
         yield (
             Fault(
                 "spikes",
                 joint,
-                f"{name} jumps away and back {f'{count} times' if count > 1 else 'once'} (first at {times} s)",
+                f"{name} jumps away and back {count} (first at {times} s)",
                 "leave these rows out, or log without lost messages",
                 share,
             ),
