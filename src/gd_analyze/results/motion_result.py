@@ -49,7 +49,7 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
     )
     if "diagnosis" in findings.tables:
         diagnosis = findings.tables["diagnosis"]
-        shown = (*diagnosis_facts(diagnosis), *diagnosis_tables(diagnosis, findings.arm))
+        shown: tuple[Part, ...] = (*diagnosis_facts(diagnosis), *diagnosis_tables(diagnosis, findings.arm))
         parts += (Section("diagnosis", "", for_json(shown)),)
     return (Section("measured_torque", "", parts),)
 
