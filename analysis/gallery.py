@@ -28,7 +28,7 @@ import xarray as xr
 
 import gd_analyze as gd
 from gd_analyze.cli import main as gd_analyze
-from gd_analyze.figures.diagnosis import torque_figure as diagnosed_torques
+from gd_analyze.figures.diagnosis import diagnosed_torque_figure
 from gd_analyze.figures.figure import Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.figures.sweep import maps_figure
@@ -81,7 +81,7 @@ def identified() -> Figure:
 def diagnosed() -> Figure:
     """Draw measured and fitted torque, which are in the report alone."""
     arm = gd.load_arm("panda.urdf", tip="panda_link8")
-    return diagnosed_torques(diagnosis_table(gd.diagnose(arm, gd.read_trajectory(PANDA_LOG, arm))), arm)
+    return diagnosed_torque_figure(diagnosis_table(gd.diagnose(arm, gd.read_trajectory(PANDA_LOG, arm))), arm)
 
 
 def swept() -> Figure:

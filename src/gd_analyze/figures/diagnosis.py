@@ -9,12 +9,12 @@ import numpy as np
 
 from gd_analyze.arrays import evenly
 from gd_analyze.figures.figure import (
-    WIDTH,
+    FIGURE_WIDTH,
     Curve,
     Figure,
-    Key,
+    LegendKey,
     Panel,
-    joint_label,
+    short_joint_label,
     value_axis,
 )
 from gd_analyze.robots.arm import RobotArm
@@ -44,7 +44,7 @@ def _looks(tabulated: xr.Dataset) -> dict[str, tuple[str, str, str]]:
     return _LEFT | (_MENDED if tabulated.sizes["cause"] else {})
 
 
-def torque_figure(tabulated: xr.Dataset, arm: RobotArm) -> Figure:
+def diagnosed_torque_figure(tabulated: xr.Dataset, arm: RobotArm) -> Figure:
     """Measured torque and its fit over time, a row per joint: as logged, and with the causes."""
     time = tabulated.sample_time.values
     order = np.argsort(time, kind="stable")
@@ -59,7 +59,7 @@ def torque_figure(tabulated: xr.Dataset, arm: RobotArm) -> Figure:
                 Curve(time[order], measured, "combined", 2.0, label="measured"),
                 Curve(time[order], fitted, "accent", 0.9, label="fitted"),
             )
-            name = joint_label(arm.joints, i, 110.0)
+            name = short_joint_label(arm.joints, i, 110.0)
             title = f"{name}, {look}" if len(looks) > 1 else name
             panels.append(Panel(f"torque{i + 1}_{look.replace(' ', '_')}", title, x, y, items))
         rows.append(tuple(panels))
@@ -67,8 +67,8 @@ def torque_figure(tabulated: xr.Dataset, arm: RobotArm) -> Figure:
         flat = [panel for row in rows for panel in row]
         rows = [tuple(flat[k : k + 2]) for k in range(0, len(flat), 2)]
     height = max(min(280.0 / max(len(rows), 1), 92.0), 46.0)
-    legend = (Key("measured", "combined"), Key("fitted", "accent"))
-    return Figure("Torque measured and fitted", tuple(rows), WIDTH / 2, height, legend)
+    legend = (LegendKey("measured", "combined"), LegendKey("fitted", "accent"))
+    return Figure("Torque measured and fitted", tuple(rows), FIGURE_WIDTH / 2, height, legend)
 
 
 def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -> Figure:
@@ -88,7 +88,7 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
             panels.append(
                 Panel(
                     f"{quantity}{i + 1}",
-                    f"{joint_label(arm.joints, i, 60.0)}: {quantity}",
+                    f"{short_joint_label(arm.joints, i, 60.0)}: {quantity}",
                     value_axis(units[not arm.is_revolute[i]], across, most=2, zero=False),
                     y,
                     tuple(
@@ -98,6 +98,8 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
                 )
             )
         rows.append(tuple(panels))
-    legend = tuple(Key(look, colour, marker="circle") for look, (colour, *_) in looks.items())
+    legend = tuple(LegendKey(look, colour, marker="circle") for look, (colour, *_) in looks.items())
     height = max(min(360.0 / max(len(rows), 1), 110.0), 60.0)
-    return Figure("What remains, where one looks for its cause", tuple(rows), WIDTH / 4, height, legend)
+    return Figure(
+        "What remains, where one looks for its cause", tuple(rows), FIGURE_WIDTH / 4, height, legend
+    )

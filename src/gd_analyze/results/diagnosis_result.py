@@ -12,7 +12,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.answer import answer, what_remains_follows
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
-from gd_analyze.figures.diagnosis import compared_joints, torque_figure, where_figure
+from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
 from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
@@ -248,7 +248,7 @@ def _drawings(tabulated: xr.Dataset, arm: RobotArm) -> Iterator[Section]:
     torque = Drawing(
         "torque",
         f"{title}: as logged, and with the causes." if has_cause else f"{title}.",
-        torque_figure(tabulated, arm),
+        diagnosed_torque_figure(tabulated, arm),
     )
     yield Section("", "Where to look", (torque, where_drawing(tabulated, arm, joints)))
 
