@@ -30,6 +30,7 @@ from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
+from gd_analyze.threads import on_one_thread
 
 # Most rounds.
 _ROUNDS = 16
@@ -54,6 +55,7 @@ _CLOSING = 8
 _USUAL = SearchOptions()
 
 
+@on_one_thread
 def simplify_held(
     exact: ExactDynamics,
     budget: Budget | str | None,
@@ -138,6 +140,7 @@ def simplify_held(
     )
 
 
+@on_one_thread
 def simplify_certified(
     exact: ExactDynamics,
     budget: Budget | str,

@@ -22,6 +22,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.threads import on_one_thread
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
 POSITIONS = 8_000
@@ -55,6 +56,7 @@ class Definiteness:
         return abs(self.smallest_found) <= self.round_off
 
 
+@on_one_thread
 def certify_positive_definite(
     model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = POSITIONS
 ) -> Definiteness:

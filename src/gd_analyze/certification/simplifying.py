@@ -23,11 +23,13 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import SINE_PRICE
+from gd_analyze.threads import on_one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+@on_one_thread
 def simplify(
     arm: RobotArm | str | Path,
     states: States | GivenMotions | xr.Dataset | None = None,

@@ -139,10 +139,6 @@ def _behave_as_a_process() -> None:
     # through them again and again, and once more on leaving, would take a fifth of the main job.
     gc.set_threshold(1_000_000, 50, 100)
     atexit.register(gc.freeze)
-    # With matrices this small a second thread only waits for the first, at full speed. With one thread the
-    # last bits do not depend on the number of cores either.
-    if "OMP_NUM_THREADS" not in os.environ:
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 class _Closed(io.TextIOBase):

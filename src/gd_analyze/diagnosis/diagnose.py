@@ -33,6 +33,7 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.threads import on_one_thread
 
 # Every kind of cause; a new one is one more entry.
 HYPOTHESES: tuple[Hypothesis, ...] = (
@@ -111,6 +112,7 @@ class Diagnosis:
         return self.after.changed > self.problem.settings.changed
 
 
+@on_one_thread
 def diagnose(
     arm: RobotArm | str | Path,
     logs: GivenMotions,

@@ -28,6 +28,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
+from gd_analyze.threads import on_one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +44,7 @@ _LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 ReadRows = Callable[[NDArray[np.intp]], Array]
 
 
+@on_one_thread
 def decompose(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions,
@@ -144,6 +146,7 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
 
 
+@on_one_thread
 def decompose_states(
     arm: RobotArm,
     states: States,

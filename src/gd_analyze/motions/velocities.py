@@ -48,6 +48,11 @@ _JUMPS = 4
 # and one more per this many changes.
 _ROWS_PER_JUMP = 50
 
+# Set points of a block of the spline, and of its overlap at either side. The effect of a value on the spline
+# shrinks by 0.43 from each set point to the next: beyond the overlap 1e-47 of it remain.
+_BLOCK = 32_000
+_OVERLAP = 128
+
 # A joint that rests and whose position was computed at every set point differs in the last digit or two.
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
@@ -137,13 +142,14 @@ def completed(
     source, samples = ("q", q) if qd is None else ("qd", qd)
     parts = list(zip(np.split(time, gaps), np.split(samples, gaps), strict=True))
 
-    def derived(order: int) -> FloatArray:
-        return np.concatenate([_differentiated(*part, order) for part in parts])
-
+    orders = (1, 2) if qd is None and qdd is None else (1,)
+    derived = np.empty((len(orders), *samples.shape))
+    for (instants, values), end in zip(parts, np.cumsum([len(t) for t, _ in parts]), strict=True):
+        _differentiate(instants, values, orders, derived[:, end - len(instants) : end])
     if qdd is None:
-        qdd = derived(2 if qd is None else 1)
+        qdd = derived[-1]
     if qd is None:
-        qd = derived(1)
+        qd = derived[0]
     for name, values in (("qd", qd), ("qdd", qdd)):
         if name in absent and not are_possible(values):
             message, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
@@ -153,18 +159,29 @@ def completed(
     return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
-def _differentiated(time: FloatArray, values: FloatArray, order: int) -> FloatArray:
-    """Derivative of the quintic spline through values, shape (N, n); nan where doubles overflow."""
+def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], out: FloatArray) -> None:
+    """Write derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
+
+    A long spline is made block by block: what lies beyond the overlap changes nothing. nan where doubles
+    overflow.
+    """
     from scipy.interpolate import make_interp_spline
 
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        try:
-            derivative: FloatArray = make_interp_spline(time, values, k=5).derivative(order)(time)
-        except ValueError:  # raised where the spline's equations overflow
-            return np.full_like(values, np.nan)
+    count = len(time)
+    for start in range(0, count, _BLOCK):
+        end = min(start + _BLOCK, count)
+        begin, beyond = max(0, start - _OVERLAP), min(end + _OVERLAP, count)
+        instants = time[begin:beyond]
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            try:
+                spline = make_interp_spline(instants, values[begin:beyond], k=5)
+                for row, order in zip(out, orders, strict=True):
+                    row[start:end] = spline.derivative(order)(time[start:end])
+            except ValueError:  # raised where the spline's equations overflow
+                out[:, start:end] = np.nan
     # A spline through a constant has slopes of its last digits over the time step, squared for accelerations.
     moved = np.ptp(values, axis=0) > _LAST_DIGITS * np.abs(values).max(axis=0)
-    return np.where(moved, derivative, 0.0)
+    out[:, :, ~moved] = 0.0
 
 
 def contradictions(
