@@ -10,7 +10,7 @@ from gd_analyze.motions.states import States
 from peers.timed import Way, library, way
 
 # Called from a file of its own, as a controller does: nothing is put in line.
-_DRIVER = """
+DRIVER = """
 #include "arm.h"
 void one(long passes, long count, const double *q, const double *qd, const double *qdd, double *tau)
 {{
@@ -37,7 +37,7 @@ extern "C" void one(long passes, long count, const double *q, const double *qd, 
 
 def exported(what: str, subject: ExportInput, states: States, folder: Path, flags: str) -> list[Way]:
     """Call `arm_torque` in a loop of C and of C++, and `arm_torque_many`, of a subject that is named arm."""
-    sources = dict(written(subject, "c").files) | {"driver.c": _DRIVER.format(n=subject.n)}
+    sources = dict(written(subject, "c").files) | {"driver.c": DRIVER.format(n=subject.n)}
     made = library(folder / "c", sources, "gcc", *flags.split())
     sources = dict(written(subject, "cpp").files) | {"driver.cpp": _CPP_DRIVER.format(n=subject.n)}
     in_cpp = library(folder / "cpp", sources, "g++", *flags.split())

@@ -60,7 +60,7 @@ def subject(case: str) -> ExportInput:
         return ExportInput.of_decomposition(arm)
     if what in ("", "further"):
         exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
-        further = FURTHER if arm.drives else FURTHER[:-1]  # friction is the drives'
+        further = tuple(x for x in FURTHER if x != "friction" or arm.drives)
         return exact.with_functions(further) if what else exact
     if what == "fast":
         form = ExactForm(arm, arm.counts_drives(None))

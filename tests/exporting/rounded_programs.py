@@ -13,14 +13,23 @@ from gd_analyze.simplification.effort import program_inputs
 
 # Mass, centre of mass and inertia, as every function that takes a payload is given it.
 PAYLOAD = (2.0, 0.1, -0.05, 0.2, 0.02, 0.03, 0.04, 0.001, 0.002, -0.003)
+# More than any of the arms here has.
+_MOST_PARAMETERS = 60
 # Libraries of sines are off by an ulp or two of the result, which is at most eps each.
 _SINE = 4.0
+
+
+def parameters_given(count: int) -> list[float]:
+    """Base parameters, as every function that takes them is given them: none is 1 or like its neighbours."""
+    return [0.3 * (k % 5) - 0.7 for k in range(count)]
 
 
 def given_of(states: States) -> dict[str, FloatArray]:
     """Inputs by name; torques are taken for accelerations, which makes no difference to a program."""
     inputs = program_inputs(states) | {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
-    return inputs | {f"payload{i + 1}": np.full(len(states.q), x) for i, x in enumerate(PAYLOAD)}
+    inputs |= {f"payload{i + 1}": np.full(len(states.q), x) for i, x in enumerate(PAYLOAD)}
+    parameters = parameters_given(_MOST_PARAMETERS)
+    return inputs | {f"parameters{i + 1}": np.full(len(states.q), x) for i, x in enumerate(parameters)}
 
 
 def evaluated(

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rounded_programs import PAYLOAD
+from rounded_programs import PAYLOAD, parameters_given
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
@@ -82,9 +82,9 @@ ONE = """
             qdd[i] = states[(2 * {n} + i) * count + s];
         }}
         const number *tau = qdd;
-        const number payload[] = {{{payload}}};
+        const number payload[] = {{{payload}}}, parameters[] = {{{parameters}}};
         NAME({name})({arguments});
-        (void)q; (void)qd; (void)qdd; (void)tau; (void)payload;
+        (void)q; (void)qd; (void)qdd; (void)tau; (void)payload; (void)parameters;
         fwrite(results, sizeof(number), {size}, stdout);
     }}"""
 # Memory of just the right size, so that a step too far is seen.
@@ -121,7 +121,9 @@ def run_compiled(
         begins = np.cumsum([0, *(output.size for output in function.outputs)])[:-1]
         arguments = ", ".join([*function.arguments, *(f"results + {begin}" for begin in begins)])
         given = ", ".join(f"(number){x!r}" for x in PAYLOAD)
+        parameters = ", ".join(f"(number){x!r}" for x in parameters_given(function.n_parameters or 1))
         words = {"size": size_of(function), "name": function.name, "arguments": arguments, "payload": given}
+        words |= {"parameters": parameters}
         calls.append(ONE.format(n=n, **words))
     main = what.functions[0]
     begins = np.cumsum([0, *(output.size for output in main.outputs)])[:-1]
@@ -168,6 +170,7 @@ def run_imported(what: ExportInput, language: str, states: gd.States, folder: Pa
         call = getattr(module, function.name)
         loads = np.broadcast_to(PAYLOAD, (count, len(PAYLOAD)))
         every = {"q": states.q, "qd": states.qd, "qdd": states.qdd, "tau": states.qdd, "payload": loads}
+        every["parameters"] = np.tile(parameters_given(function.n_parameters), (count, 1))
         given = [every[name] for name in function.arguments]
         if language == "casadi":
             results = call.map(count)(*(x.T for x in given))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exported_cases import CASES, HOSTILE, TORQUES, hostile, states, subject
-from rounded_programs import PAYLOAD, assert_same
+from rounded_programs import PAYLOAD, assert_same, parameters_given
 from running import called, needs, size_of
 
 from gd_analyze.exporting.export import written
@@ -35,7 +35,10 @@ def statements(case: str) -> str:
         given = ", ".join("qdd" if word == "tau" else word for word in function.arguments)
         calls.append(f"[{names}] = further.{function.name}({given});")
     # Rows of matrices follow each other, as in every other language.
-    flat = (f"reshape(permute({x}, [2 1 3]), {n * n}, [])" if shapes[x][1:] else x for x in shapes)
+    flat = (
+        f"reshape(permute({x}, [2 1 3]), {shapes[x][0] * shapes[x][1]}, [])" if shapes[x][1:] else x
+        for x in shapes
+    )
     first = (f"reshape({x}(:, :, 1)', [], 1)" if shapes[x][1:] else f"{x}(:, 1)" for x in shapes)
     called_all = "\n".join(calls)
     return f"""
@@ -43,6 +46,7 @@ addpath('{place}');
 file = fopen('{place}/states.bin'); all = fread(file, [{3 * n}, Inf], 'double'); fclose(file);
 q = all(1:{n}, :); qd = all({n + 1}:{2 * n}, :); qdd = all({2 * n + 1}:{3 * n}, :);
 payload = [{"; ".join(map(str, PAYLOAD))}];
+parameters = [{"; ".join(map(str, parameters_given(len(what.base or ()))))}];
 {called_all}
 file = fopen('{place}/results.bin', 'w'); fwrite(file, [{"; ".join(flat)}], 'double');
 q = q(:, 1); qd = qd(:, 1); qdd = qdd(:, 1);

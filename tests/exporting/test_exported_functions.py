@@ -11,6 +11,7 @@ from exported_cases import LINKS, MODELS, states, subject
 from rounded_programs import PAYLOAD, given_of, slope
 
 import gd_analyze as gd
+from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
@@ -26,6 +27,7 @@ from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from made_models import ROUND_OFF
+from strategies import random_inertia
 
 
 def values(what, drawn):
@@ -131,6 +133,70 @@ def test_a_payload_adds_what_an_arm_that_carries_it_needs_more(name):
         more = torque_of(carrying, drawn, drives=False) - torque_of(arm, drawn, drives=False)
         what = replace(subject(name), arm=arm).with_functions(["payload"])
         assert_close(values(what, drawn)["tau_payload"], more)
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_the_regressor_is_pinocchios_mapped_to_base_parameters(name):
+    """For links of any mass distribution: a regressor of the wrong map would agree for some of them only."""
+    arm, rng = gd.load_arm(name), np.random.default_rng(3)
+    what = ExportInput.of_exact(ExactForm(arm)).with_functions(["regressor", "parameters"])
+    drawn, n = gd.states_in_box(arm, 20, seed=4), arm.n_joints
+    per_base = values(what, drawn)["Y"]
+    assert per_base.shape == (20, n, len(what.base))
+    torque = next(each for each in what.functions if each.name == "torque_of_parameters")
+    for _ in range(len(what.base)):
+        links = tuple(
+            replace(link, mass=mass, com=com, inertia_com=random_inertia(rng))
+            for link, mass, com in zip(
+                arm.links, rng.uniform(1.0, 5.0, n), rng.uniform(-0.3, 0.3, (n, 3)), strict=True
+            )
+        )
+        other = replace(arm, links=links)
+        model = pinocchio_model(other)
+        data, theirs = (
+            model.createData(),
+            np.concatenate([x.toDynamicParameters() for x in model.inertias[1:]]),
+        )
+        wanted = np.array(
+            [
+                pinocchio.computeJointTorqueRegressor(model, data, *state) @ theirs
+                for state in zip(*drawn.arrays, strict=True)
+            ]
+        )
+        numbers = np.einsum("ksp,sp->k", what.base.matrix, parameters_of(other))
+        assert_close(per_base @ numbers, wanted)
+        given = given_of(drawn) | {f"parameters{k + 1}": np.full(20, x) for k, x in enumerate(numbers)}
+        assert_close(torque.program.run(given).T, wanted)
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_the_stated_base_parameters_give_the_torque_with_drives(name):
+    arm = gd.load_arm(name)
+    what = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None))).with_functions(["regressor"])
+    found = values(what, gd.states_in_box(arm, 50, seed=4))
+    assert_close(found["Y"] @ np.array(what.constants["base_parameters"].values), found["tau"])
+
+
+@pytest.mark.parametrize("language", ["jax", "casadi", "python"])
+def test_what_is_exported_can_be_called_at_once(language, two_link):
+    if language != "python":
+        pytest.importorskip(language)
+    exported = gd.export(two_link, ["c", language])
+    state = np.array([[0.3, -0.4], [1.0, 2.0], [0.5, -0.5]])
+    wanted = ExactForm(two_link).program.run(
+        {
+            f"{k}{j + 1}": x[j : j + 1]
+            for k, x in zip(("q", "qd", "qdd"), state, strict=True)
+            for j in range(2)
+        }
+    )
+    found = np.asarray(exported.function()(*state)).ravel()
+    # JAX computes in single precision unless told otherwise.
+    np.testing.assert_allclose(found, wanted[:, 0], rtol=1e-5 if language == "jax" else 1e-13)
+    with pytest.raises(UsageError, match="no such function"):
+        exported.function("friction")
+    with pytest.raises(UsageError, match="can be called"):
+        gd.export(two_link, "c").function()
 
 
 def test_friction_is_that_of_the_drives(puma, two_link):

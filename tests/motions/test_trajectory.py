@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from log_arms import arm_of
+from scipy.interpolate import make_interp_spline
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
@@ -93,6 +94,18 @@ def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points, 
     assert kept is qd
     assert np.abs(found_qdd - qdd).max() <= 1e5 * EPS * 6 * np.abs(qd).max(initial=1.0) / h
     assert said == "qdd derived: C4 (quintic) spline through the given qd"
+
+
+@pytest.mark.parametrize("count", [31_999, 32_000, 32_001, 64_003])
+def test_a_spline_in_blocks_is_the_spline_of_the_whole(count):
+    time = np.arange(count) * 1e-3
+    q = np.sin(time[:, None] * [1.0, 3.0])
+    qd, qdd, _ = completed(time, q, None, None)
+    _, from_velocities, _ = completed(time, q, qd, None)
+    for found, values, order in ((qd, q, 1), (qdd, q, 2), (from_velocities, qd, 1)):
+        whole = make_interp_spline(time, values, k=5).derivative(order)(time)
+        # Round-off alone: of values of 1, divided by the time step per derivative.
+        assert np.abs(found - whole).max() <= 100 * EPS / 1e-3**order
 
 
 def test_a_clock_that_counts_from_1970_costs_nothing():

@@ -40,6 +40,8 @@ _MOST_ANGLES = 7
 _MANY_WRITTEN = 20_000
 # Effort for programs of more terms.
 _LITTLE = 2_000
+# Effort for a bound that goes with an export.
+EXPORT_EFFORT = 20_000
 # Most terms of a written-out program that is proven in seconds with that effort.
 _MOST_WRITTEN = 150_000
 # Positions per angle at which the size of the error is estimated before grids are chosen.

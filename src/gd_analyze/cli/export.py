@@ -35,14 +35,19 @@ if TYPE_CHECKING:
     "--what",
     "functions",
     type=NameList(
-        ("torque", "derivatives", "coriolis_matrix", "forward", "payload", "friction", "decomposition"),
+        (
+            *("torque", "derivatives", "coriolis_matrix", "forward", "payload", "friction"),
+            *("regressor", "parameters", "decomposition"),
+        ),
         "function",
     ),
     default="torque",
     metavar="LIST",
     help="Functions: torque, with D, h and c, always; derivatives: of torque, by q and qd; coriolis_matrix: "
     "C with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
-    "friction: of the drives. Or decomposition: the exact D and h by effect, and c, of the links alone.",
+    "friction: of the drives; regressor: the exact torque per unit of every base parameter; parameters: the "
+    "exact torque with the base parameters as an argument. Or decomposition: the exact D and h by effect, "
+    "and c, of the links alone.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
 @click.option("--float", "single", is_flag=True, help="In C: single precision.")
@@ -91,7 +96,7 @@ def export(
     if single and set(languages) != {"c"}:
         raise click.UsageError("--float is for C: give --to c alone")
     with output.working() as stage:
-        from gd_analyze.certification.certificate import usual_effort
+        from gd_analyze.certification.certificate import EXPORT_EFFORT, usual_effort
         from gd_analyze.exporting.export import CLASSES, written
         from gd_analyze.exporting.vectors import names_of_tests
 
@@ -109,13 +114,14 @@ def export(
                 next_step="name another folder with --out or another name with --name, or give --overwrite",
             )
         if subject.model is not None and bound:
-            stage("certifying", 100 * subject.n)
+            stage("writing the model out")
             try:
-                effort = usual_effort(subject.model)
+                effort = usual_effort(subject.model, EXPORT_EFFORT)
                 if effort is None:
                     raise ModelError(
                         "the model is too long for a bound in seconds; `gd-analyze certify` finds one"
                     )
+                stage("certifying", 100 * subject.n)
                 certificate = gd.certify(subject.model, effort=effort, progress=stage.advance)
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:

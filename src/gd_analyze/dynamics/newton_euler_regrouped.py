@@ -28,7 +28,13 @@ _ROUND_OFF = 1e-14
 
 def torque(arm: RobotArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True) -> Array:
     """Generalized torque by Newton-Euler, shape (n, N). Khalil and Kleinfinger 1987."""
-    rewritten = regrouped(arm)
+    return torque_of_links(regrouped(arm), q, qd, qdd, gravity=gravity)
+
+
+def torque_of_links(
+    rewritten: RegroupedArm, q: Array, qd: Array, qdd: Array, *, gravity: bool = True
+) -> Array:
+    """Generalized torque of regrouped links, shape (n, N)."""
     start = np.broadcast_to(-int(gravity) * rewritten.gravity[:, None], (3, qd.shape[1]))
     motions = list(_motions(rewritten, start, (q, qd, qdd)))
     out = np.empty((len(motions), qd.shape[1]), np.result_type(qd, motions[-1].acceleration))

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError
@@ -20,7 +21,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import html_of
+from gd_analyze.text import html_of, in_python
 
 CLASSES: dict[str, type[Language]] = dict(
     zip(LANGUAGES, (C, Casadi, Cpp, Jax, Latex, Matlab, Python), strict=True)
@@ -68,6 +69,57 @@ class Exported:
         joint_names = (*columns_of(joints, ("name", "", "text")), Column("identifier", "", subject.joints))
         parts = Table("functions", "Functions", (named, *operations)), Table("joints", "", joint_names)
         return Result(subject.arm.title or subject.arm.name, content, facts=facts, parts=parts)
+
+    def function(self, name: str = "torque") -> Callable[..., Any]:
+        """Load the exported text and return one of its functions, to be called at once.
+
+        Of JAX, CasADi and Python, the language that was exported first is taken: a function of `jax.numpy`
+        arrays, a `casadi.Function`, or a function of NumPy arrays.
+
+        Parameters
+        ----------
+        name
+            Name of the function: torque, inertia, coriolis_centrifugal, gravity_loading, or another one.
+
+        Returns
+        -------
+        callable
+            The function, of joint positions, velocities and accelerations, shape (..., n), in rad (m)
+            and s; torque in N m (N).
+
+        Raises
+        ------
+        UsageError
+            If nothing was exported to these languages, one is not installed, or there is no such function.
+
+        Examples
+        --------
+        >>> import gd_analyze as gd
+        >>> gravity = gd.export("two_link", "python").function("gravity_loading")
+        >>> gravity([0.0, 0.0]).round(2)
+        array([19.61,  4.9 ])
+        """
+        names = [function.name for function in self.given.functions]
+        if name not in names:
+            raise UsageError(
+                "there is no such function", where="name", expected=", ".join(names), found=in_python(name)
+            )
+        text = next((text for file, text in self.files.items() if file in self._modules), None)
+        if text is None:
+            expected, found = "an export to jax, casadi or python", ", ".join(self.files)
+            raise UsageError("nothing exported can be called", expected=expected, found=found)
+        module: dict[str, Any] = {"__name__": self.given.name}
+        try:
+            exec(compile(text, f"<{self.given.name}>", "exec"), module)  # our own text, names escaped
+        except ModuleNotFoundError as error:
+            step = f"pip install {error.name}"
+            raise UsageError(f"this needs {error.name}, which is not installed", next_step=step) from None
+        return module[name]
+
+    @property
+    def _modules(self) -> set[str]:
+        """Names that files with Python modules of functions have."""
+        return {f"{self.given.name}{suffix}" for kind in (Jax, Casadi, Python) for suffix in kind.files}
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
         """Files that `save` writes."""
@@ -117,7 +169,8 @@ def export(
         Proven bound on the model's error, from `certify`, to be stated in the text.
     what
         Functions beside torque, D, h and c: "derivatives" of the torque, the "coriolis_matrix", "forward"
-        dynamics, the torque of a "payload", and "friction".
+        dynamics, the torque of a "payload", "friction", the exact torque's "regressor" to the base
+        parameters, and the exact torque with these "parameters" as an argument.
     tests
         Also write programs that compare the exported code with values computed here: in C and C++ with
         CMakeLists.txt, in Python for pytest, in MATLAB.

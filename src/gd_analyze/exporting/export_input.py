@@ -7,14 +7,16 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.dynamics import composite_moments, newton_euler_link
+from gd_analyze.dynamics import composite_moments, newton_euler_link, newton_euler_regrouped
+from gd_analyze.dynamics.base_parameters import BaseParameters, base_parameters
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.errors import UsageError
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers
 from gd_analyze.operations.angles import with_sums
@@ -32,7 +34,7 @@ from gd_analyze.simplification.functions import (
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import rounded_up
 
-_KINDS = ("q", "qd", "qdd", "tau", "payload", "sin", "cos")
+_KINDS = ("q", "qd", "qdd", "tau", "payload", "parameters", "sin", "cos")
 # Mass, centre of mass, and xx, yy, zz, xy, xz, yz of the inertia about it.
 PAYLOAD_SIZE = 10
 
@@ -63,9 +65,10 @@ class Function:
 
     name: str
     meaning: str
-    arguments: tuple[str, ...]  # those of q, qd, qdd, tau and payload that it takes
+    arguments: tuple[str, ...]  # those of q, qd, qdd, tau, payload and parameters that it takes
     outputs: tuple[Output, ...]  # in the order of the program's outputs
     program: Program
+    n_parameters: int = 0  # size of its argument parameters
 
     @property
     def count(self) -> OperationCount:
@@ -85,8 +88,9 @@ class Function:
         return sorted(inputs, key=lambda number: (_KINDS.index(number.kind), number.place))
 
     def width(self, argument: str) -> int:
-        """Size of an argument: one number per joint, except for a payload."""
-        return PAYLOAD_SIZE if argument == "payload" else self.outputs[0].shape[0]
+        """Size of an argument: one number per joint, except for a payload and for parameters."""
+        sizes = {"payload": PAYLOAD_SIZE, "parameters": self.n_parameters}
+        return sizes.get(argument, self.outputs[0].shape[0])
 
     @property
     def unused(self) -> list[str]:
@@ -95,16 +99,18 @@ class Function:
 
 
 class Constant(NamedTuple):
-    """Numbers, one per joint, that may only be rounded towards one infinity."""
+    """Numbers, one per joint or base parameter."""
 
     meaning: str
     values: list[float]
-    towards: float  # inf or -inf
+    towards: float | None  # inf or -inf, towards which they may be rounded; None: to the nearest
 
     @property
     def in_single(self) -> Constant:
         """The same in single precision, with no bound smaller and no box larger."""
         near = np.array(self.values, dtype=np.float32)
+        if self.towards is None:
+            return self._replace(values=near.tolist())
         beyond = np.nextafter(near, np.float32(self.towards))
         short = near < self.values if self.towards > 0.0 else near > np.array(self.values)
         return self._replace(values=np.where(short, beyond, near).tolist())
@@ -121,6 +127,7 @@ class ExportInput:
     model: SimplifiedModel | None = None  # the simplified model; None for exact dynamics
     certificate: Certificate | None = None  # proven bound on its error over a box, if any
     unproven: str = "no certificate was asked for"  # reason why there is none
+    base: BaseParameters | None = None  # the base parameters of which functions are exported
 
     @classmethod
     def of_model(
@@ -160,10 +167,11 @@ class ExportInput:
             (level is None or level.has_symmetric_inertia),
             (level is None or level.is_mechanical),
         )
+        base = base_parameters(self.arm, self.drives) if set(OF_PARAMETERS) & set(names) else None
         more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
-        return replace(
-            self, functions=(*self.functions, *(more[name]() for name in FURTHER if name in names))
-        )
+        functions = [more[name]() for name in FURTHER if name in more and name in names]
+        functions += [_of_parameters(base, name) for name in OF_PARAMETERS if base and name in names]
+        return replace(self, functions=(*self.functions, *functions), base=base)
 
     @property
     def n(self) -> int:
@@ -184,6 +192,9 @@ class ExportInput:
     def constants(self) -> dict[str, Constant]:
         """Errors and box, for a controller to compare a state with."""
         constants = {}
+        if self.base is not None:
+            meaning, numbers = "the arm's base parameters", [parameter.number for parameter in self.base]
+            constants["base_parameters"] = Constant(meaning, numbers, None)
         if self.model is not None:
             errors = self.model.accuracy.errors.largest.tolist()
             meaning = "largest torque error at the states the model was fitted on"
@@ -218,8 +229,10 @@ def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Fu
     )
 
 
+# Functions of the base parameters.
+OF_PARAMETERS = ("regressor", "parameters")
 # Functions that may be added to torque, D, h and c.
-FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction")
+FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction", *OF_PARAMETERS)
 
 
 def _further_functions(
@@ -269,7 +282,44 @@ def _further_functions(
         program = Program.of(trace, terms)
         return Function("friction", meaning, ("qd",), (Output("tau_friction", (n,)),), program)
 
-    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, payload, friction), strict=True))
+    return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, payload, friction), strict=False))
+
+
+def _of_parameters(base: BaseParameters, name: str) -> Function:
+    """The exact torque as a function of the base parameters, or per unit of each of them."""
+    n, count, arguments = base.arm.n_joints, len(base), ("q", "qd", "qdd")
+    torque = _torque_of_parameters(base)
+    if name == "parameters":
+        meaning = "exact torque of an arm of this geometry with other base parameters"
+        outputs = (Output("tau", (n,)),)
+        return Function(
+            "torque_of_parameters", meaning, (*arguments, "parameters"), outputs, rewritten(torque), count
+        )
+    trace, columns = Trace(), []
+    for k in range(count):
+        value = torque.folded(trace, {f"parameters{j + 1}": float(j == k) for j in range(count)})
+        columns.append([value(row) for row in torque.outputs])
+    program = Program.of(trace, [column[i] for i in range(n) for column in columns])
+    meaning = "regressor Y(q, qd, qdd): the exact torque is its product with the base parameters, row by row"
+    return Function("regressor", meaning, arguments, (Output("Y", (n, count)),), program)
+
+
+def _torque_of_parameters(base: BaseParameters) -> Program:
+    """Torque by the recursion whose links have inputs for base parameters, and nothing else."""
+    arm, n, trace = base.arm, base.arm.n_joints, Trace()
+    of_links: list[dict[str, Any]] = [{} for _ in range(n)]
+    for parameter, value in zip(base, trace.inputs("parameters", len(base))[:, 0], strict=True):
+        of_links[parameter.link - 1][parameter.kind] = value
+    links = []
+    for link, values in zip(regrouped(arm).links, of_links, strict=True):
+        first = np.array([values.get(f"m{a}", 0.0) for a in "xyz"], dtype=object)
+        second = [[values.get("P" + "".join(sorted(a + b)), 0.0) for b in "xyz"] for a in "xyz"]
+        mass, moments = np.array([values.get("m", 0.0)], dtype=object), np.array(second, dtype=object)
+        links.append(replace(link, mass=mass, first=first, second=moments, is_round=False))
+    states = [trace.inputs(name, n) for name in ("q", "qd", "qdd")]
+    torque = newton_euler_regrouped.torque_of_links(replace(regrouped(arm), links=tuple(links)), *states)
+    drives = [values.get("J", 0.0) * qdd for values, qdd in zip(of_links, states[2][:, 0], strict=True)]
+    return Program.of(trace, [tau + drive for tau, drive in zip(torque[:, 0], drives, strict=True)])
 
 
 def _payload_program(arm: RobotArm) -> Program:

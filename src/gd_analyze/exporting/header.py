@@ -58,6 +58,10 @@ def _joints(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     for i, (joint, word) in enumerate(zip(subject.arm.joints, subject.joints, strict=True), start=1):
         named = "" if word == joint.name else f" (named {foreign(joint.name)})"
         yield f"  {i}: {word}{named}, {joint.kind}: q in {joint.unit}, tau in {joint.effort_unit}"
+    if subject.base is not None:
+        yield "Base parameters in order; `gd-analyze equations ROBOT --parameters` prints what each combines:"
+        for i, parameter in enumerate(subject.base, start=1):
+            yield f"  {i}: {parameter.symbol}, {parameter.unit}"
     yield f"Links: {', '.join(foreign(link.name) for link in subject.arm.links)}"
 
 

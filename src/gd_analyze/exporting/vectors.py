@@ -87,7 +87,10 @@ def _values(subject: ExportInput) -> list[dict[str, Any]]:
     payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_STATES, PAYLOAD_SIZE))
     inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
     inputs |= {f"payload{i + 1}": row for i, row in enumerate(payloads.T)}
+    parameters = np.random.default_rng(2).uniform(-1.0, 1.0, (_STATES, len(subject.base or ())))
+    inputs |= {f"parameters{i + 1}": row for i, row in enumerate(parameters.T)}
     outputs = {function.name: function.program.run(inputs).T.tolist() for function in subject.functions}
     named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()}
     named |= {"payload": payloads.tolist()} | outputs
+    named |= {"parameters": parameters.tolist()} if subject.base else {}
     return [{name: rows[s] for name, rows in named.items()} for s in range(_STATES)]
