@@ -36,6 +36,25 @@ atexit.register(lambda: print(*sorted({SLOW!r} & set(sys.modules)), file=sys.std
     assert result.out
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "simplify two_link",
+        "equations two_link",
+        "export two_link --to c",
+        "plan two_link --from 0,0 --to 1,1 --duration 1",
+    ],
+)
+def test_a_verb_without_tables_loads_no_library_of_tables(process, words):
+    before = """
+import atexit, sys
+slow = {"xarray", "pandas", "dask", "matplotlib", "h5py"}
+atexit.register(lambda: print("loaded:", *sorted(slow & set(sys.modules)), file=sys.stderr))"""
+    result = process(words, before=before)
+    assert result.code == 0
+    assert result.err.splitlines()[-1].split() == ["loaded:"]
+
+
 def test_no_arguments_show_the_help(process):
     result = process("")
     assert (result.code, result.out) == (2, "")
