@@ -97,7 +97,7 @@ class Exported:
         >>> import gd_analyze as gd
         >>> gravity = gd.export("two_link", "python").function("gravity_loading")
         >>> gravity([0.0, 0.0]).round(2)
-        array([19.61,  4.9 ])
+        array([24.52,  4.9 ])
         """
         names = [function.name for function in self.given.functions]
         if name not in names:
