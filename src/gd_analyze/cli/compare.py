@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.output import Output, reporting
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 
 @click.command(short_help="Compare the formulations' operations and torques.")
@@ -22,7 +27,7 @@ from gd_analyze.cli.output import Output, reporting
 def compare(
     robot: GivenRobot,
     trajectory: str | None,
-    payload: str | None,
+    payload: Link | None,
     symbolic: bool,
     output: Output,
 ) -> None:

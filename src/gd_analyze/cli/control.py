@@ -5,25 +5,28 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import command_line, positive_number
+from gd_analyze.cli.options import Amount, Parsed, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
-from gd_analyze.text import number_in
+from gd_analyze.units import Quantity
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 
-def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
+def _numbers(kind: str = "", endless: str = "") -> Callable[[str], tuple[float, ...]]:
     """Reader of numbers above zero, comma-separated, or the word for infinity."""
 
     def read(words: str) -> tuple[float, ...]:
         numbers = []
         for place, word in enumerate(map(str.strip, words.split(",")), start=1):
-            number = math.inf if endless and word == endless else number_in(word)
+            number = math.inf if endless and word == endless else Quantity.si_of(word, kind)
             if number is None or not number > 0 or (number == math.inf and word != endless):
                 remark = f", or {endless}" if endless else ""
                 raise click.BadParameter(f"entry {place}, {word!r}, is not a number above 0{remark}")
@@ -42,7 +45,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
 @click.option(
     "--loop-rate",
     "rates",
-    type=_numbers("continuous"),
+    type=_numbers("frequency", "continuous"),
     default="continuous,500,100",
     metavar="LIST",
     help="Loop rates, Hz, comma-separated, with torque held for a period; or `continuous`.",
@@ -56,14 +59,14 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
 )
 @click.option(
     "--bandwidth",
-    type=positive_number,
+    type=Amount("angular frequency"),
     default=20.0,
     metavar="NUMBER",
     help="Natural frequency of every joint's error, rad/s; 1 Hz is 6.28 rad/s.",
 )
 @click.option(
     "--damping",
-    type=positive_number,
+    type=Amount(),
     default=1.0,
     metavar="NUMBER",
     help="Damping ratio of every joint's error; 1 is critical.",
@@ -71,7 +74,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
 @click.option(
     "--torque-limits",
     "limits",
-    type=lambda words: None if words == "off" else positive_number(words),
+    type=lambda words: None if words == "off" else Amount()(words),
     default="1.0",
     metavar="NUMBER|off",
     help="Torque limits, as a multiple of the drives' own; `off`: no limits.",
@@ -79,6 +82,8 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
 @click.option("--friction", is_flag=True, help="Simulate the drives' friction; no controller compensates it.")
 @click.option(
     "--within",
+    "tolerance",
+    type=Parsed("tolerance", lambda text: gd.Tolerance.parse(text)),
     default="0.1deg,1mm",
     metavar="LIST",
     help="Acceptable tracking error: 0.1deg or 2mrad, and 1mm for prismatic joints.",
@@ -88,8 +93,7 @@ def _numbers(endless: str = "") -> Callable[[str], tuple[float, ...]]:
 def control(
     model: Path,
     trajectory: str,
-    payload: str | None,
-    within: str,
+    payload: Link | None,
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
@@ -111,14 +115,15 @@ def control(
       gd-analyze control model.json my.csv --payload 2,0,0,0.1 --out report
     """
     with output.working() as stage:
-        from gd_analyze.robots.payload import carrying, parse_payload
+        from gd_analyze.robots.payload import carrying
         from gd_analyze.studies.control import names_of
         from gd_analyze.studies.control_result import control_result
         from gd_analyze.studies.study_files import StudyFolder
 
         loaded = gd.load_model(model)
-        settings = gd.ControlSettings(**loop, tolerance=gd.Tolerance.parse(within, loaded.arm))
-        moved = None if payload is None else carrying(loaded.arm, parse_payload(payload))
+        settings = gd.ControlSettings(**loop)
+        settings.tolerance.require_joint_of(loaded.arm)
+        moved = None if payload is None else carrying(loaded.arm, payload)
         motion = read_motion(trajectory, loaded.arm)
         files = None
         if out is not None:

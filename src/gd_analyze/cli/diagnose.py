@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,6 +12,9 @@ from gd_analyze.cli import log_options, options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 
 @click.command(short_help="Say why logs and an arm's file disagree, and what mends it.")
@@ -22,7 +26,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 def diagnose(
     robot: GivenRobot,
     logs: tuple[str, ...],
-    payload: str | None,
+    payload: Link | None,
     report: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from gd_analyze.cli.options import NameList
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import replacing_together
 from gd_analyze.text import counted
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 FIGURE_FORMATS = NameList(("svg", "pdf", "png", "csv"), "format")
 SHOWN_EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", "coriolis"), "effect")
@@ -45,7 +48,7 @@ def figures(
     robot: GivenRobot,
     trajectories: tuple[str, ...],
     to: tuple[str, ...],
-    payload: str | None,
+    payload: Link | None,
     dominance: float,
     drives: bool | None,
     out: Path | None,

@@ -7,7 +7,7 @@ import functools
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,6 +16,9 @@ from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import DRAWN, ROBOT, together
 from gd_analyze.errors import BranchError
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 _picking_options = together(
     click.option(
@@ -63,7 +66,7 @@ class GivenRobot:
     gravity: str | None = None
     drive_inertia: str | None = None
 
-    def load(self, payload: str | None = None, logs: Sequence[str] = ()) -> gd.RobotArm:
+    def load(self, payload: Link | None = None, logs: Sequence[str] = ()) -> gd.RobotArm:
         """Read the arm with its payload, if any; of a branching robot, the arm whose joints the logs name."""
         words = {key: value for key, value in vars(self).items() if key != "name"}
         try:
@@ -81,9 +84,9 @@ class GivenRobot:
             arm = gd.load_arm(self.name, **words | {"tip": tip})
         if payload is None:
             return arm
-        from gd_analyze.robots.payload import carrying, parse_payload
+        from gd_analyze.robots.payload import carrying
 
-        return carrying(arm, parse_payload(payload))
+        return carrying(arm, payload)
 
 
 def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -111,7 +114,7 @@ class Given:
     robot: GivenRobot
     trajectories: tuple[str, ...]
     drives: bool | None
-    payload: str | None
+    payload: Link | None
     states: int
     seed: int
 

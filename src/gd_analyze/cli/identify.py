@@ -32,7 +32,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 )
 @click.option(
     "--mass",
-    type=float,
+    type=options.Amount("mass"),
     metavar="KG",
     help="Mass of that payload, if it is known: all torques are scaled so that it is met.",
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import FILE, TRAJECTORY, F, OutputPath, positive_number, together
+from gd_analyze.cli.options import FILE, TRAJECTORY, Amount, F, OutputPath, together
 
 if TYPE_CHECKING:
     from gd_analyze.motions.table import Progress
@@ -52,7 +52,7 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "--rate",
             "Log: samples per second, if its time counts samples or is missing.",
             metavar="HZ",
-            type=positive_number,
+            type=Amount("frequency"),
         ),
         option("--time-unit", "Log: unit of time.", type=click.Choice(["s", "ms", "us", "ns"])),
         option("--degrees", "Log: angles are in degrees where columns name no unit.", is_flag=True),
@@ -110,13 +110,13 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "--cutoff",
             "Readings: cut-off frequency of the smoothing.  [default: from their noise]",
             metavar="HZ",
-            type=positive_number,
+            type=Amount("frequency"),
         ),
         option(
             "--largest-gap",
             "Readings: longest time between two samples that is not a gap in the motion.",
             metavar="SECONDS",
-            type=positive_number,
+            type=Amount("time"),
         ),
     )
 

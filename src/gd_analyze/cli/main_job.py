@@ -17,6 +17,7 @@ from gd_analyze.files import RESULT_FILES, require_one_run
 
 if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
+    from gd_analyze.robots.parts import Link
 
 RUN_FORMATS = ("h5", "json", "csv", "html", "pdf")
 # What can be rebuilt from analysis.h5.
@@ -67,7 +68,7 @@ def analyze(
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],
-    payload: str | None,
+    payload: Link | None,
     top: int,
     output: Output,
     **settings: Any,

@@ -11,11 +11,12 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
-from gd_analyze.cli.options import TRAJECTORY, command_line, is_default, positive_number
+from gd_analyze.cli.options import TRAJECTORY, Amount, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.text import number_in
+from gd_analyze.units import Quantity
 
 # As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
@@ -96,7 +97,7 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 @click.option(
     "--duration",
     required=True,
-    type=positive_number,
+    type=Amount("time"),
     metavar="SECONDS",
     help="Time from start to goal.",
 )
@@ -231,7 +232,7 @@ def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | Usag
 
 
 def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
-    """Comma-separated degrees (m of prismatic joints) as rad (m)."""
+    """Comma-separated degrees (m of prismatic joints), or values with a unit, as rad (m)."""
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:
         raise UsageError(
@@ -242,13 +243,15 @@ def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
         )
     values = []
     for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
-        value, revolute = number_in(entry), joint.kind == "revolute"
-        if value is None or not math.isfinite(value):
+        quantity, revolute = Quantity.parse(entry), joint.kind == "revolute"
+        kinds = ("", "angle" if revolute else "length")
+        if quantity is None or quantity.kind not in kinds or not math.isfinite(quantity.si):
             raise UsageError(
                 f"{option} contains a word that is not a number",
                 where=f"{option}, value {column}",
                 expected="degrees" if revolute else "metres",
                 found=repr(entry),
             )
-        values.append(math.radians(value) if revolute else value)
+        in_degrees = revolute and not quantity.kind
+        values.append(math.radians(quantity.si) if in_degrees else quantity.si)
     return values

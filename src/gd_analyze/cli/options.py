@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
+import gd_analyze as gd
 from gd_analyze.files import shipped
-from gd_analyze.text import LARGEST, LEVEL_NAMES, number_in
+from gd_analyze.text import LARGEST, LEVEL_NAMES
+from gd_analyze.units import UNITS, Quantity
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -86,12 +91,51 @@ def is_default(option: str) -> bool:
     return click.get_current_context().get_parameter_source(option) is ParameterSource.DEFAULT
 
 
-def positive_number(words: str) -> float:
-    """Read a number above zero and up to LARGEST; click's own range lets nan and inf pass."""
-    number = number_in(str(words))
-    if number is None or not 0 < number <= LARGEST:
-        raise click.BadParameter(f"{words!r} is not a number above 0 and up to {LARGEST:g}")
-    return number
+class Parsed(click.ParamType[Any]):
+    """A value of the library, read from its text, whose errors are the library's: a budget, a margin."""
+
+    def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
+        self.name, self._parse = name, parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Parse a text."""
+        return self._parse(value) if isinstance(value, str) else value
+
+
+class Amount(click.ParamType[float]):
+    """A number above 0 in SI, alone or with a unit of one kind: 5, 5Hz."""
+
+    name = "number"
+
+    def __init__(self, kind: str = "") -> None:
+        self._kind = kind
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Read it; click's own range lets nan and inf pass."""
+        si = Quantity.si_of(value, self._kind)
+        if si is None or not 0.0 < si <= LARGEST:
+            unit = f", or with a unit such as {next(iter(UNITS[self._kind]))}" if self._kind else ""
+            self.fail(f"{value!r} is not a number above 0 and up to {LARGEST:g}{unit}", param, ctx)
+        return si
+
+
+class Share(click.ParamType[float]):
+    """A share of 0 to 1, written 1% or 0.01."""
+
+    name = "share"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Read it."""
+        si = Quantity.si_of(value, "share")
+        if si is None or not 0.0 <= si <= 1.0:
+            self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
+        return si
+
+
+def _payload_in(text: str) -> Link:
+    from gd_analyze.robots.payload import parse_payload
+
+    return parse_payload(text)
 
 
 ROBOT = NameOrFile("robot", "robots", ".toml")
@@ -150,6 +194,7 @@ def margin(words: str) -> Callable[[F], F]:
     """--margin; None where it is not given."""
     return click.option(
         "--margin",
+        type=Parsed("margin", lambda text: gd.Margin.parse(text)),
         metavar="LIST",
         help=f"{words}: 1deg or 1mm of position (revolute or prismatic joints), qd=2% of each joint's peak "
         "velocity, qdd=5% of its peak acceleration; those not named keep their default.  "
@@ -189,6 +234,7 @@ def trajectories(
 
 payload = click.option(
     "--payload",
+    type=Parsed("payload", _payload_in),
     metavar="LIST",
     help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the frame "
     "of --tip, or else of the last link; the inertia is about the payload's centre of mass.",
@@ -206,18 +252,9 @@ states = together(
 )
 
 
-def _share(words: str) -> float:
-    """Read a share of 0 to 1, written 1% or 0.01."""
-    number = number_in(words.strip().removesuffix("%"))
-    share = None if number is None else number / (100 if words.strip().endswith("%") else 1)
-    if share is None or not 0 <= share <= 1:
-        raise click.BadParameter(f"{words!r} is not a share of 0 to 1, such as 1% or 0.01")
-    return share
-
-
 def share(name: str, default: str, words: str) -> Callable[[F], F]:
     """An option that takes a share."""
-    return click.option(name, metavar="SHARE", type=_share, default=default, show_default=True, help=words)
+    return click.option(name, metavar="SHARE", type=Share(), default=default, show_default=True, help=words)
 
 
 dominance = together(
@@ -243,16 +280,21 @@ BUDGET = (
 )
 
 
-def budget(words: str = BUDGET) -> Callable[[F], F]:
+def budget(
+    words: str = BUDGET, parse: Callable[[str], Any] = lambda text: gd.Budget.parse(text)
+) -> Callable[[F], F]:
     """--budget."""
-    return click.option("--budget", default="1%", metavar="LIST", help=words)
+    return click.option("--budget", type=Parsed("budget", parse), default="1%", metavar="LIST", help=words)
 
 
 def named_budget() -> Callable[[F], F]:
     """--budget of the main job, which also tries the named ones."""
     words = BUDGET.removesuffix("  [default: 1%]")
     default = "1%, or the first of the named budgets whose model can be read"
-    return click.option("--budget", default=None, metavar="LIST", help=f"{words}  [default: {default}]")
+    kind = Parsed("budget", lambda text: gd.Budget.parse(text))
+    return click.option(
+        "--budget", type=kind, default=None, metavar="LIST", help=f"{words}  [default: {default}]"
+    )
 
 
 def level(names: Sequence[str] = tuple(LEVEL_NAMES)) -> Callable[[F], F]:

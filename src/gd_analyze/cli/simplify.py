@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,12 +16,23 @@ from gd_analyze.cli.options import BUDGET, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import SINE_PRICE
 
+if TYPE_CHECKING:
+    from gd_analyze.studies.tracking import TrackingBudget
+
+
+def _budget_or_tracking(text: str) -> gd.Budget | TrackingBudget:
+    """A torque budget, or an allowed tracking error."""
+    from gd_analyze.studies.tracking import TrackingBudget
+
+    return TrackingBudget.parse(text) or gd.Budget.parse(text)
+
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @options.budget(
     f"{BUDGET} Or, along a trajectory, the allowed tracking error: `tracking 0.1deg` of every joint, "
-    "`tracking 1mm at the end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`."
+    "`tracking 1mm at the end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
+    _budget_or_tracking,
 )
 @options.level()
 @options.simplify
@@ -70,7 +81,7 @@ from gd_analyze.text import SINE_PRICE
 @reporting
 def simplify(
     inputs: Given,
-    budget: str,
+    budget: gd.Budget | TrackingBudget,
     level: str,
     refit: bool,
     operations: int | None,
@@ -81,7 +92,7 @@ def simplify(
     at_set_points: bool,
     verdicts: str,
     velocities: str | None,
-    margin: str | None,
+    margin: gd.Margin | None,
     digits: int,
     out: Path | None,
     output: Output,
@@ -137,14 +148,13 @@ def simplify(
         search_options = SearchOptions(
             gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price, within=within
         )
-        margins = gd.Margin.of(margin)  # a wrong one fails before anything is computed
-        tracking = TrackingBudget.parse(budget)
-        torque_budget = gd.Budget() if tracking else gd.Budget.parse(budget)
+        tracking = budget if isinstance(budget, TrackingBudget) else None
         if tracking is not None and operations is not None:
             raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        tracking = tracking and TrackingBudget.parse(budget, exact.arm)
+        if tracking is not None:
+            tracking.settings.tolerance.require_joint_of(exact.arm)
         source = provenance(command_line())
         at_states = at_set_points or operations is not None
 
@@ -152,17 +162,17 @@ def simplify(
             common: dict[str, Any] = {"provenance": source, "stage": stage}
             if at_states and not certified:
                 return Held(simplify_exact(exact, allowed, search_options, progress=stage.advance, **common))
-            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, margins)
+            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, margin)
             return simplify_held(exact, allowed, region, search_options, certified=certified, **common)
 
         tracked = None
         if level == "element":
             held_model = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
-        elif tracking is not None:
-            tracked = simplify_for_tracking(tracking, exact.form, motion, search)
+        elif isinstance(budget, TrackingBudget):
+            tracked = simplify_for_tracking(budget, exact.form, motion, search)
             held_model = tracked.held
         else:
-            held_model = search(torque_budget)
+            held_model = search(budget)
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
@@ -209,7 +219,7 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
     help="Take all models of a level from one elimination: seconds, not minutes, but more operations.",
 )
 @reporting
-def trade_off(inputs: Given, budget: str, quick: bool, output: Output) -> None:
+def trade_off(inputs: Given, budget: gd.Budget, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
     Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
@@ -226,9 +236,8 @@ def trade_off(inputs: Given, budget: str, quick: bool, output: Output) -> None:
         from gd_analyze.results.term_results import trade_off_result
         from gd_analyze.simplification.trade_off import BUDGET_FACTORS, kinds_for
 
-        allowed = gd.Budget.parse(budget)
         exact, _ = inputs.exact()
         kinds = kinds_for(exact.form)
         stage("simplifying", len(kinds) * len(BUDGET_FACTORS))
-        points = gd.trade_off(exact, allowed, kinds=kinds, thorough=not quick, progress=stage.advance)
-    output.give(trade_off_result(points, kinds, exact, allowed))
+        points = gd.trade_off(exact, budget, kinds=kinds, thorough=not quick, progress=stage.advance)
+    output.give(trade_off_result(points, kinds, exact, budget))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,6 +14,9 @@ from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import LEVEL_NAMES
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 
 @click.command(short_help="Vary numbers of an arm: torque, verdicts, operations.")
@@ -53,7 +56,7 @@ def sweep(
     trajectories: tuple[str, ...],
     vary: tuple[str, ...],
     dominance: float,
-    payload: str | None,
+    payload: Link | None,
     out: Path | None,
     overwrite: bool,
     formats: tuple[str, ...],

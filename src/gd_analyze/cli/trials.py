@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -11,6 +12,9 @@ from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
 from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
+
+if TYPE_CHECKING:
+    from gd_analyze.robots.parts import Link
 
 
 @click.command(short_help="Errors of a model on motions, and a verdict.")
@@ -46,7 +50,7 @@ def evaluate(
     fail_over: str,
     strict: bool,
     arm: str | None,
-    payload: str | None,
+    payload: Link | None,
     fit_friction: bool,
     states: int,
     seed: int,
@@ -79,11 +83,10 @@ def evaluate(
     with output.working() as stage:
         from gd_analyze.files import write_text
         from gd_analyze.motions.pool import motions_of
-        from gd_analyze.robots.payload import carrying, parse_payload
+        from gd_analyze.robots.payload import carrying
         from gd_analyze.simplification.model_torque import torque_csv
         from gd_analyze.studies.evaluation_result import evaluation_result, junit_xml
 
-        body = None if payload is None else parse_payload(payload)
         loaded = gd.load_model(model)
         reference_arm = loaded.arm if arm is None else gd.load_arm(arm)
         motions = motions_of(trajectories, loaded.arm, read_motion) if trajectories else []
@@ -93,13 +96,13 @@ def evaluate(
         evaluation = gd.evaluate(
             loaded,
             motions or gd.states_in_box(loaded.arm, states, seed),
-            reference_arm if body is None else carrying(reference_arm, body),
+            reference_arm if payload is None else carrying(reference_arm, payload),
             fail_over=fail_over,
             strict=strict,
             progress=stage.advance,
         )
-        unloaded = None if body is None else reference_arm
-        result = evaluation_result(evaluation, body, unloaded, fit_friction=fit_friction)
+        unloaded = None if payload is None else reference_arm
+        result = evaluation_result(evaluation, payload, unloaded, fit_friction=fit_friction)
         if out is not None:
             stage(f"writing {out.name}")
             write_text(out, torque_csv(motions[0], evaluation.motions[0]))
@@ -134,7 +137,7 @@ def evaluate(
 @click.option("--check", is_flag=True, help="Prove again the certificate stated in the model's file.")
 @reporting
 def certify(
-    model: Path, along: str | None, margin: str | None, effort: int, check: bool, output: Output
+    model: Path, along: str | None, margin: gd.Margin | None, effort: int, check: bool, output: Output
 ) -> None:
     r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
@@ -163,7 +166,6 @@ def certify(
         from gd_analyze.certification.proof import proof, proven_again
         from gd_analyze.simplification.model_claims import measured_at
 
-        margins = gd.Margin.of(margin)
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
         if motion:
@@ -174,7 +176,10 @@ def certify(
         if check:
             result, holds = proven_again(loaded, motion, progress=stage.advance)
         else:
-            result, holds = proof(loaded, motion, margin=margins, effort=effort, progress=stage.advance), True
+            result, holds = (
+                proof(loaded, motion, margin=margin or gd.Margin(), effort=effort, progress=stage.advance),
+                True,
+            )
     output.give(result)
     if not holds:
         click.get_current_context().exit(1)

@@ -14,7 +14,8 @@ from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import TIME_UNITS, number
+from gd_analyze.text import number
+from gd_analyze.units import TIME_UNITS
 
 # Cosine between parallel axes.
 _PARALLEL = 0.999

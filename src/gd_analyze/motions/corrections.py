@@ -13,11 +13,11 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import value_in
-from gd_analyze.text import TIME_UNITS, in_python, number_in
+from gd_analyze.text import in_python, number_in
+from gd_analyze.units import Quantity
 
 _COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
-_TIME = re.compile(rf"(.*?)({'|'.join(TIME_UNITS)})")
 # Longest lag, s: a later torque is another motion's.
 _LONGEST = 10.0
 
@@ -176,17 +176,16 @@ def _offset(word: str) -> tuple[str, float]:
 
 
 def _lag(lag: str | float) -> float:
-    match = _TIME.fullmatch(lag.replace(" ", "")) if isinstance(lag, str) else None
-    value = number_in(match[1]) if match else None if isinstance(lag, str) else float(lag)
-    value = value * TIME_UNITS[match[2]] if match and value is not None else value
-    if value is None or not abs(value) <= _LONGEST:
+    # A text needs a unit: a number alone could be rows of the log.
+    quantity = Quantity.parse(lag) if isinstance(lag, str) else Quantity(float(lag), "time")
+    if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= _LONGEST:
         raise UsageError(
             "this is no lag",
             where="--lag",
             expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
             found=in_python(lag),
         )
-    return value
+    return quantity.si
 
 
 def _joint(word: str, arm: RobotArm) -> int:

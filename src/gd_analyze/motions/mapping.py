@@ -24,7 +24,8 @@ from gd_analyze.motions.roles import (
 from gd_analyze.motions.table import LogTable
 from gd_analyze.motions.text import TextTable
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import TIME_UNITS, in_python
+from gd_analyze.text import in_python
+from gd_analyze.units import TIME_UNITS
 
 _NONE = "none"
 _ORDER = {"measured": 0, "plain": 1, "target": 2}

@@ -19,7 +19,8 @@ from gd_analyze.motions.roles import units_of
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import TableLines
-from gd_analyze.text import LARGEST, TIME_UNITS, field_fault
+from gd_analyze.text import LARGEST, field_fault
+from gd_analyze.units import TIME_UNITS
 
 _FORMAT: Literal["gd-analyze log mapping 1"] = "gd-analyze log mapping 1"
 _LARGEST_FILE = 1_000_000

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -12,16 +11,15 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST, UNSIGNED
+from gd_analyze.text import LARGEST
+from gd_analyze.units import Quantity
 
-# Entries of a margin: field, and factor to its unit.
-_UNITS = {
-    "deg": ("revolute", math.pi / 180),
-    "rad": ("revolute", 1.0),
-    "mm": ("prismatic", 1e-3),
-    "m": ("prismatic", 1.0),
-    "qd%": ("velocity", 1e-2),
-    "qdd%": ("acceleration", 1e-2),
+# Field of a margin, by what stands before "=" and the kind of quantity.
+_FIELDS = {
+    ("", "angle"): "revolute",
+    ("", "length"): "prismatic",
+    ("qd", "share"): "velocity",
+    ("qdd", "share"): "acceleration",
 }
 
 
@@ -79,18 +77,18 @@ class Margin:
         """
         margins: dict[str, float] = {}
         for column, entry in enumerate(text.split(","), start=1):
-            match = re.fullmatch(rf"(?:(qdd?)=)?({UNSIGNED}) ?(deg|rad|mm|m|%)", entry.strip())
+            derivative, _, amount = entry.strip().rpartition("=")
+            quantity = Quantity.parse(amount)
+            name = None if quantity is None or quantity.of else _FIELDS.get((derivative, quantity.kind))
             where = f"--margin, entry {column}"
-            unit = "" if match is None else (match[1] or "") + match[3]
-            if match is None or unit not in _UNITS:
+            if quantity is None or name is None or quantity.si < 0.0:
                 message, quoted = "the margin is not understood", repr(entry.strip())
                 expected = "comma-separated: 1deg or 1mm of q, qd=2% of velocities, qdd=5% of accelerations"
                 raise UsageError(message, where=where, expected=expected, found=quoted)
-            name, factor = _UNITS[unit]
             if name in margins:
                 message, quoted = "a margin is given twice", repr(text)
                 raise UsageError(message, where=where, expected="one each", found=quoted)
-            margins[name] = float(match[2]) * factor
+            margins[name] = quantity.si
         return cls(**margins)
 
     def __str__(self) -> str:

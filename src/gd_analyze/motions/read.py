@@ -41,7 +41,8 @@ from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
-from gd_analyze.text import TIME_UNITS, in_python, visible
+from gd_analyze.text import in_python, visible
+from gd_analyze.units import TIME_UNITS
 
 _LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {

@@ -10,7 +10,8 @@ from typing import Any, Literal
 
 from gd_analyze.errors import Location, TrajectoryError, UsageError
 from gd_analyze.motions.corrections import Corrections
-from gd_analyze.text import LARGEST, TIME_UNITS, number_in
+from gd_analyze.text import LARGEST, number_in
+from gd_analyze.units import TIME_UNITS
 
 Quantity = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")

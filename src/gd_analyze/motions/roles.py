@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from gd_analyze.text import TIME_UNITS
+from gd_analyze.units import KINDS, UNITS, unit_named
 
 
 def word_set(words: str) -> frozenset[str]:
@@ -16,33 +16,7 @@ def word_set(words: str) -> frozenset[str]:
     return frozenset(words.split())
 
 
-_ANGLES = {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2 * math.pi}
-_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 _PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
-_TORQUES = {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3}
-_FORCES = {"N": 1.0, "kN": 1e3}
-
-# Other spellings.
-_SPELT = {
-    spelt: unit
-    for unit, all_spelt in {
-        "deg": "degree degrees degs °",
-        "rad": "radian radians rads",
-        "m": "meter meters metre metres",
-        "s": "sec secs second seconds",
-        "ms": "msec msecs millis milliseconds",
-        "us": "µs μs usec usecs micros microseconds",
-        "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
-        "rev": "turn turns revs revolutions",
-        "cN m": "ncm n*cm cnm",
-        "mN m": "nmm n*mm mnm",
-        "N m": "nm n*m n.m n·m n-m",
-        "kN m": "knm",
-        "N": "n newton",
-        "kN": "kn",
-    }.items()
-    for spelt in all_spelt.split()
-}
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
 # Units of drives, counts of unknown size, and units that no motion uses.
 _FOREIGN = word_set(
@@ -59,17 +33,19 @@ def unit_in_words(text: str) -> str | None:
     base, slash, per = bare.partition("/")
     if re.sub(r"[-.*·]", "", base) in _FOREIGN and (not slash or per in _TIMES):
         return bare
-    unit = _SPELT.get(base, base)
+    unit = unit_named(base)
+    kind = "" if unit is None else KINDS[unit]
     if not slash:
-        return unit if unit in {*TIME_UNITS, *_ANGLES, *_LENGTHS, *_TORQUES, *_FORCES} else None
-    return unit + _TIMES[per] if unit in {*_ANGLES, *_LENGTHS} and per in _TIMES else None
+        return unit if kind in ("time", "angle", "length", "torque", "force") else None
+    return f"{unit}{_TIMES[per]}" if kind in ("angle", "length") and per in _TIMES else None
 
 
 def units_of(role: str, revolute: bool) -> dict[str, float]:
     """Units of a joint's q, qd, qdd or torque, the SI unit first, and their size in SI."""
     if role == "torque":
-        return _TORQUES if revolute else _FORCES
-    units = {f"{unit}{_PER[role]}": size for unit, size in (_ANGLES if revolute else _LENGTHS).items()}
+        return UNITS["torque" if revolute else "force"]
+    sizes = UNITS["angle" if revolute else "length"]
+    units = {f"{unit}{_PER[role]}": size for unit, size in sizes.items()}
     return units | ({"rpm": 2 * math.pi / 60.0} if revolute and role == "qd" else {})
 
 

@@ -15,7 +15,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.reading import refusal
-from gd_analyze.text import LARGEST, TIME_UNITS, visible
+from gd_analyze.text import LARGEST, visible
+from gd_analyze.units import TIME_UNITS
 
 # Called with the amount read and the total.
 Progress = Callable[[int, int], None]

@@ -16,10 +16,11 @@ from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm, read_drives
-from gd_analyze.robots.limits import GivenLimits, locks_of, value_in, with_limits
+from gd_analyze.robots.limits import GivenLimits, locks_of, with_limits
 from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.text import in_python
+from gd_analyze.text import LARGEST, in_python
+from gd_analyze.units import Quantity
 
 if TYPE_CHECKING:
     import pinocchio
@@ -126,8 +127,8 @@ def _supplemented(
 
 def _numbers(numbers: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
     """Numbers given as such or as text; UsageError unless there are `count`."""
-    values = [value_in(word) for word in (numbers.split(",") if isinstance(numbers, str) else numbers)]
-    valid = [value for value in values if value is not None]
+    values = [Quantity.si_of(word) for word in (numbers.split(",") if isinstance(numbers, str) else numbers)]
+    valid = [value for value in values if value is not None and abs(value) <= LARGEST]
     if len(valid) == len(values) == count:
         return valid
     expected, number_text = f"{count} numbers with commas, {unit}", in_python(numbers)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
-from gd_analyze.text import LARGEST, in_python, number_in, visible
+from gd_analyze.text import LARGEST, in_python, visible
+from gd_analyze.units import UNITS, Quantity
 
 # Limits as a user gives them.
 GivenLimits = Mapping[str, float] | Sequence[str] | str | Path | None
@@ -31,7 +31,6 @@ _KEYS = {
     "min_position": ("lower", "has_position_limits"),
     "max_position": ("upper", "has_position_limits"),
 }
-_UNITS = {"deg": math.pi / 180, "mm": 1e-3, "rad": 1.0, "m": 1.0}
 # Limits of a box if an arm states none: half a turn or half a metre each way, per s and per s^2.
 _ORDINARY = (
     ("a range of +-", {"revolute": np.pi, "prismatic": 0.5}, ""),
@@ -42,14 +41,8 @@ _ORDINARY = (
 
 def value_in(value: object) -> float | None:
     """SI value of a number, or of a text with or without a unit (90deg, 20mm); None if it is neither."""
-    factor = 1.0
-    if isinstance(value, str):
-        text = value.strip()
-        unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
-        value, factor = number_in(text.removesuffix(unit)), _UNITS.get(unit, 1.0)
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST:
-        return factor * value
-    return None
+    si = Quantity.si_of(value, "angle", "length")
+    return si if si is not None and abs(si) <= LARGEST else None
 
 
 def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
@@ -198,7 +191,7 @@ def parsed_yaml(path: Path, text: str, kind: str) -> Any:
     def scaled(factor: float) -> Any:
         return lambda loader, node: factor * float(loader.construct_scalar(node))
 
-    Loader.add_constructor("!degrees", scaled(math.pi / 180))
+    Loader.add_constructor("!degrees", scaled(UNITS["angle"]["deg"]))
     Loader.add_constructor("!radians", scaled(1.0))
     try:
         return yaml.load(text, Loader)

@@ -20,9 +20,10 @@ import numpy as np
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.text import number_in
+from gd_analyze.units import UNITS
 
 # Factors of the unit suffixes of keys, such as a_mm.
-UNIT_SUFFIXES = {"_deg": math.pi / 180, "_mm": 1e-3}
+UNIT_SUFFIXES = {"_deg": UNITS["angle"]["deg"], "_mm": UNITS["length"]["mm"]}
 # The largest description among 90 public robots has 0.5 MB.
 LARGEST_XML = 10_000_000
 # Faults of XML that a file has which was copied in part, and that of an end without its beginning.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +9,11 @@ import numpy as np
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Link, LinkUncertainty
-from gd_analyze.text import UNSIGNED, in_python, named_joints
+from gd_analyze.text import in_python, named_joints
+from gd_analyze.units import Quantity
 
-_FACTORS = {
-    "mass": {"%": 0.01, "kg": 1.0},
-    "com": {"mm": 1e-3, "m": 1.0},
-    "inertia": {"%": 0.01, "kgm^2": 1.0},
-}
+# Kinds of quantity in which each uncertainty may be stated.
+_KINDS = {"mass": ("share", "mass"), "com": ("length",), "inertia": ("share", "inertia")}
 
 
 def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
@@ -27,16 +24,17 @@ def with_uncertainty(arm: RobotArm, text: str) -> RobotArm:
     """
     stated: dict[str, tuple[float, bool]] = {}
     for entry in text.split(","):
-        match = re.fullmatch(rf"(mass|com|inertia)=({UNSIGNED})(%|[a-z]+(?:\^2)?)", re.sub(r"\s+", "", entry))
-        factor = _FACTORS[match[1]].get(match[3]) if match else None
-        if match is None or factor is None or match[1] in stated:
+        name, _, amount = (part.strip() for part in entry.partition("="))
+        quantity = Quantity.parse(amount)
+        readable = quantity is not None and quantity.kind in _KINDS.get(name, ()) and not quantity.of
+        if quantity is None or not readable or not quantity.si >= 0.0 or name in stated:
             raise UsageError(
                 "these are not uncertainties",
                 where="uncertainty",
                 expected="mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), each once",
                 found=in_python(text),
             )
-        stated[match[1]] = factor * float(match[2]), match[3] == "%"
+        stated[name] = quantity.si, quantity.kind == "share"
     return replace(arm, links=tuple(_stating(link, stated) for link in arm.links), spread=None)
 
 
@@ -59,7 +57,7 @@ def exactly_known(arm: RobotArm) -> str:
     if arm.spread is not None:
         return ""
     sentences = []
-    for quantity in _FACTORS:
+    for quantity in _KINDS:
         links = [
             k for k, link in enumerate(arm.links, 1) if getattr(link.uncertainty, quantity, None) is None
         ]

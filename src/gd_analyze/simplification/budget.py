@@ -14,15 +14,11 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import LARGEST, UNSIGNED, in_python
+from gd_analyze.text import LARGEST, in_python
+from gd_analyze.units import Quantity
 
-# References of shares, and the syntax of amounts.
+# References of shares.
 _WHOLES = ("peak", "limit", "friction", "uncertainty")
-_ALLOWANCE = re.compile(
-    rf"(?P<number>{UNSIGNED})\s*(?P<unit>%|N ?m?)?"
-    rf"(?:\s*(?:of\s+)?(?P<whole>{'|'.join(_WHOLES)}))?|(?P<name>{'|'.join(_WHOLES)})",
-    re.IGNORECASE,
-)
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)
 # Keys to state in an arm file, by the reference of a share.
 _TO_STATE = {
@@ -75,15 +71,15 @@ class Allowance(NamedTuple):
     @classmethod
     def parse(cls, text: str) -> Self | None:
         """Read "1%", "10% friction", "uncertainty" or "0.5 N m"; None for any other text."""
-        match = _ALLOWANCE.fullmatch(text.strip())
-        if match is None:
+        if text.strip().lower() in _WHOLES:
+            return cls(1.0, text.strip().lower())
+        quantity = Quantity.parse(text)
+        if quantity is None or not 0.0 <= quantity.si <= LARGEST:
             return None
-        if match["name"]:
-            return cls(1.0, match["name"].lower())
-        number, is_share = float(match["number"]), match["unit"] == "%"
-        if number > LARGEST or (match["whole"] and not is_share):
-            return None
-        return cls(number / 100, (match["whole"] or "peak").lower()) if is_share else cls(number, "torque")
+        if quantity.kind == "share":
+            whole = quantity.of or "peak"
+            return cls(quantity.si, whole) if whole in _WHOLES else None
+        return cls(quantity.si, "torque") if quantity.kind in ("", "torque", "force") else None
 
     def __str__(self) -> str:
         if self.of == "torque":

@@ -21,6 +21,7 @@ from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.studies.main_job import Settings
 from gd_analyze.text import number_in
+from gd_analyze.units import Quantity
 
 # Other options of a row: how the arm is chosen from its file, and what it carries.
 PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
@@ -138,14 +139,14 @@ def settings_of(row: BatchRow) -> dict[str, Any]:
         if key not in SETTING_NAMES:
             continue
         text = str(value).strip()
-        is_percent, number = text.endswith("%"), number_in(text.removesuffix("%"))
+        number = number_in(text)
         parsed: Any = text
         if bool in (kinds[key], *getattr(kinds[key], "__args__", ())):
             parsed = _FLAGS.get(text.lower())
         elif key == "dominance":
-            parsed = number if number is None or not is_percent else number / 100
+            parsed = Quantity.si_of(text, "share")
         elif key == "operations":
-            parsed = None if number is None or is_percent else int(number)
+            parsed = None if number is None else int(number)
         if parsed is None:
             raise UsageError("the option cannot be read", where=key, found=text)
         settings[key] = parsed

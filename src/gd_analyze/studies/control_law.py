@@ -13,7 +13,6 @@ The constant is the mean of D's diagonal along the motion. It replaces D in comp
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,20 +29,15 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.text import LARGEST, UNSIGNED
+from gd_analyze.text import LARGEST
+from gd_analyze.units import Quantity
 
 CONTINUOUS = math.inf
 """The rate of a loop without a sample period."""
 
 _MOST = 8  # rates, and speeds
 _INSTANTS = 500  # at which a whole motion is sampled
-_UNITS = {
-    "deg": ("revolute", math.pi / 180),
-    "mrad": ("revolute", 1e-3),
-    "rad": ("revolute", 1.0),
-    "mm": ("prismatic", 1e-3),
-    "m": ("prismatic", 1.0),
-}
+_FIELDS = {"angle": "revolute", "length": "prismatic"}  # of a tolerance, by the kind of quantity
 
 
 @dataclass(frozen=True)
@@ -115,6 +109,9 @@ class Tolerance:
 
     revolute: float = math.radians(0.1)
     prismatic: float = 1e-3
+    # Kinds of joints for which a text states it, and the option of that text, for messages
+    stated: tuple[str, ...] = field(default=(), compare=False, repr=False)
+    where: str = field(default="--within", compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
@@ -123,13 +120,13 @@ class Tolerance:
                 raise UsageError(message, where="tolerance", expected=wanted, found=f"{value:g}")
 
     @classmethod
-    def parse(cls, text: str, arm: RobotArm | None = None, where: str = "--within") -> Tolerance:
+    def parse(cls, text: str, where: str = "--within") -> Tolerance:
         """Read "0.1deg,1mm", or one of these; the other keeps its default.
 
         Raises
         ------
         UsageError
-            If an entry is not understood or is given twice, or the arm has no joint of any entry's kind.
+            If an entry is not understood or is given twice.
 
         Examples
         --------
@@ -138,26 +135,29 @@ class Tolerance:
         """
         errors: dict[str, float] = {}
         for place, entry in enumerate(text.split(","), start=1):
-            match = re.fullmatch(rf"({UNSIGNED}) ?(deg|mrad|rad|mm|m)", entry.strip())
-            name, factor = _UNITS[match[2]] if match else ("", 0.0)
-            if match is None or name in errors:
+            quantity = Quantity.parse(entry)
+            name = None if quantity is None else _FIELDS.get(quantity.kind)
+            if quantity is None or name is None or quantity.si < 0.0 or name in errors:
                 raise UsageError(
-                    "the tolerance is given twice" if match else "the tolerance is not understood",
+                    "the tolerance is given twice" if name in errors else "the tolerance is not understood",
                     where=f"{where}, entry {place}",
                     expected="an angle such as 0.1deg or 2mrad, a length such as 1mm, or both with a comma",
                     found=repr(entry.strip()),
                 )
-            errors[name] = float(match[1]) * factor
-        if arm is not None and errors.keys().isdisjoint(joint.kind for joint in arm.joints):
-            kind, motion = ("a length", "turns") if "prismatic" in errors else ("an angle", "slides")
+            errors[name] = quantity.si
+        return cls(**errors, stated=tuple(errors), where=where)
+
+    def require_joint_of(self, arm: RobotArm) -> None:
+        """Raise a UsageError if an arm has no joint of a kind for which the tolerance is stated."""
+        if self.stated and set(self.stated).isdisjoint(joint.kind for joint in arm.joints):
+            kind, motion = ("a length", "turns") if "prismatic" in self.stated else ("an angle", "slides")
             wanted = "0.1deg" if motion == "turns" else "1mm"
             raise UsageError(
                 "the tolerance applies to no joint",
-                where=where,
+                where=self.where,
                 expected=f"such as {wanted}: every joint {motion}",
-                found=f"{kind}: {text.strip()!r}",
+                found=kind,
             )
-        return cls(**errors)
 
     def of(self, arm: RobotArm) -> FloatArray:
         """Tolerance of every joint, rad (m), shape (n,)."""

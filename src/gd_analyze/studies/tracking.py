@@ -36,6 +36,7 @@ from gd_analyze.studies.control_law import (
 )
 from gd_analyze.text import UNSIGNED, number, rounded_up
 from gd_analyze.threads import on_one_thread
+from gd_analyze.units import Quantity
 
 _WORDS = re.compile(
     r"\s*tracking\s+(?P<error>.+?)(?P<tip>\s+(?:at|of)\s+(?:the\s+)?(?:end[ -]effector|tip))?"
@@ -45,7 +46,6 @@ _WORDS = re.compile(
 # What follows the error, where it is not understood; "at the end effector" is of the error.
 _LOOP = re.compile(r"\b(?:at(?!\s+(?:the\s+)?(?:end|tip)\b)|damping\b).*", re.IGNORECASE)
 _NOT_RAD = re.compile(rf"at\s+({UNSIGNED})\s*(hz|damping\b|$)", re.IGNORECASE)
-_LENGTH = re.compile(rf"({UNSIGNED})\s*(mm|m)")
 # Usual loop rate, Hz.
 _RATE = 500.0
 # Least number of loop periods per radian of the bandwidth.
@@ -75,7 +75,7 @@ class TrackingBudget:
     text: str
 
     @classmethod
-    def parse(cls, text: str, arm: RobotArm | None = None) -> Self | None:
+    def parse(cls, text: str) -> Self | None:
         """Read "tracking 0.1deg", "tracking 1mm at the end effector at 30 rad/s damping 0.7".
 
         None if the first word is another. Defaults: bandwidth 20 rad/s, damping ratio 1.
@@ -83,7 +83,7 @@ class TrackingBudget:
         Raises
         ------
         UsageError
-            If the rest is not understood, out of range, or of no joint of the arm.
+            If the rest is not understood or out of range.
 
         Examples
         --------
@@ -96,8 +96,9 @@ class TrackingBudget:
         loop = _LOOP.search(match["error"]) if match else None
         if loop is not None:
             raise _loop_not_understood(loop[0].strip())
-        length = _LENGTH.fullmatch(match["error"].strip()) if match and match["tip"] else None
-        if match is None or (match["tip"] and not (length and float(length[1]) > 0.0)):
+        quantity = Quantity.parse(match["error"]) if match and match["tip"] else None
+        tip = quantity.si if quantity is not None and quantity.kind == "length" else None
+        if match is None or (match["tip"] and not (tip and 0.0 < tip < math.inf)):
             raise UsageError(
                 "the budget is not understood",
                 where="--budget",
@@ -106,8 +107,7 @@ class TrackingBudget:
                 found=repr(text),
             )
         bandwidth, damping = float(match["bandwidth"] or 20.0), float(match["damping"] or 1.0)
-        tip = float(length[1]) * (1e-3 if length[2] == "mm" else 1.0) if length else None
-        joints = Tolerance() if length else Tolerance.parse(match["error"], arm, "--budget")
+        joints = Tolerance() if tip is not None else Tolerance.parse(match["error"], "--budget")
         rates = (CONTINUOUS, max(_RATE, _PERIODS * bandwidth))
         settings = ControlSettings(bandwidth, damping, rates, (1.0,), tolerance=joints)
         return cls(settings, tip, " ".join(text.split()))

@@ -1,0 +1,111 @@
+"""Units and quantities: one table of units, and one parser for options, files and Python."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from gd_analyze.text import UNSIGNED
+
+# Size of each unit in SI, by kind; the SI unit comes first.
+UNITS: dict[str, dict[str, float]] = {
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2 * math.pi},
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "frequency": {"Hz": 1.0, "kHz": 1e3},
+    "angular frequency": {"rad/s": 1.0},
+    "torque": {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3},
+    "force": {"N": 1.0, "kN": 1e3},
+    "mass": {"kg": 1.0, "g": 1e-3},
+    "inertia": {"kg m^2": 1.0},
+    "share": {"%": 0.01},
+}
+TIME_UNITS = UNITS["time"]
+KINDS = {unit: kind for kind, sizes in UNITS.items() for unit in sizes}
+# Unit by its spellings, in lower case without blanks.
+_SPELLINGS = {re.sub(r"\s", "", unit).lower(): unit for unit in KINDS} | {
+    spelling: unit
+    for unit, spellings in {
+        "deg": "degree degrees degs °",
+        "rad": "radian radians rads",
+        "m": "meter meters metre metres",
+        "s": "sec secs second seconds",
+        "ms": "msec msecs millis milliseconds",
+        "us": "µs μs usec usecs micros microseconds",
+        "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
+        "rev": "turn turns revs revolutions",
+        "cN m": "ncm n*cm cnm",
+        "mN m": "nmm n*mm mnm",
+        "N m": "nm n*m n.m n·m n-m",
+        "kN m": "knm",
+        "N": "newton",
+    }.items()
+    for spelling in spellings.split()
+}
+_SUPERSCRIPTS = str.maketrans({"²": "^2"})
+_QUANTITY = re.compile(rf"(?P<number>[-+]?{UNSIGNED})\s*(?P<rest>.*)", re.DOTALL)
+_SHARE = re.compile(r"%\s*(?:of\s+)?(?P<whole>[a-z]*)", re.IGNORECASE)
+
+
+def unit_named(text: str) -> str | None:
+    """A unit of `UNITS` by any of its spellings; None if it is unknown.
+
+    Examples
+    --------
+    >>> unit_named("Nm"), unit_named("degrees"), unit_named("furlong")
+    ('N m', 'deg', None)
+    """
+    bare = re.sub(r"\s+", "", text).lower().translate(_SUPERSCRIPTS).replace("**2", "^2")
+    return _SPELLINGS.get(bare)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number with its unit, in SI."""
+
+    si: float  # in the SI unit of its kind; 1 % is 0.01; infinite where the text overflows
+    kind: str = ""  # a key of `UNITS`; "" for a number without a unit
+    of: str = ""  # what a share is of, in lower case: "friction"; "" if it is not said
+
+    @classmethod
+    def parse(cls, text: str) -> Quantity | None:
+        """Read "1%", "0.1deg", "2 mm", "5 N m", "10% of friction" or "0.5"; None for any other text.
+
+        Examples
+        --------
+        >>> Quantity.parse("2 mm")
+        Quantity(si=0.002, kind='length', of='')
+        >>> Quantity.parse("10% friction")
+        Quantity(si=0.1, kind='share', of='friction')
+        >>> Quantity.parse("two") is None
+        True
+        """
+        match = _QUANTITY.fullmatch(text.strip())
+        if match is None:
+            return None
+        number, rest = float(match["number"]), match["rest"]
+        if not rest:
+            return cls(number)
+        share = _SHARE.fullmatch(rest)
+        if share is not None:
+            # Divided, as 7 / 100 is the number nearest to 0.07.
+            return cls(number / 100, "share", share["whole"].lower())
+        unit = unit_named(rest)
+        return None if unit is None else cls(number * UNITS[KINDS[unit]][unit], KINDS[unit])
+
+    @classmethod
+    def si_of(cls, value: object, *kinds: str) -> float | None:
+        """SI value of a number, or of a text without a unit or in one of these kinds; None if neither.
+
+        Examples
+        --------
+        >>> Quantity.si_of("20mm", "angle", "length"), Quantity.si_of(1.5, "angle")
+        (0.02, 1.5)
+        >>> Quantity.si_of("20mm", "angle") is None
+        True
+        """
+        if isinstance(value, str):
+            quantity = cls.parse(value)
+            return quantity.si if quantity is not None and quantity.kind in ("", *kinds) else None
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
