@@ -10,7 +10,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
-from gd_analyze.motions.read import shipped_trajectories
+from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
 
 ROBOT, MOTION = "two_link", "two-link-swing"

@@ -11,7 +11,7 @@ import gd_analyze as gd
 from gd_analyze.cli.entry import main
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.read import shipped_trajectories
+from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.trajectory import recorded_command
 
 SHIPPED = shipped_trajectories()

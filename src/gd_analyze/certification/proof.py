@@ -18,8 +18,9 @@ from gd_analyze.certification.positive_definite import Definiteness, certify_pos
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, UsageError
 from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.margin import Margin
-from gd_analyze.motions.read import read_trajectory, shipped_trajectories
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Fact, Result, Table, joint_columns

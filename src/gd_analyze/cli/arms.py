@@ -59,7 +59,7 @@ def _toml(robot: GivenRobot) -> str:
 
 
 def _catalogue() -> Result:
-    from gd_analyze.motions.read import shipped_trajectories
+    from gd_analyze.motions.formats import shipped_trajectories
     from gd_analyze.result import Column, Fact, Result, Table, columns_of
 
     built_in = [gd.load_arm(name) for name in gd.builtin_arms()]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import FILE, TRAJECTORY, Amount, F, OutputPath, together
+from gd_analyze.cli.options import TRAJECTORY, Amount, F, together
 
 if TYPE_CHECKING:
     from gd_analyze.motions.table import Progress
@@ -64,12 +64,6 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             multiple=True,
         ),
         option("--topic", "Bag: topic to read.", metavar="TOPIC"),
-        option("--mapping", "Log: read it with this mapping file.", type=FILE),
-        option(
-            "--save-mapping",
-            "Log: write how it was read to a mapping file, for similar logs.",
-            type=OutputPath(),
-        ),
         option(
             "--torque-constant",
             "Log: its torque columns hold currents; joint torque per ampere, one value per joint.",

@@ -36,14 +36,13 @@ _OPTIONS |= {"n_set_points": "--points", "duration": "--duration"}
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
     r"""Show role, joint and unit of each column of a log, with the reason, and which columns are unused.
 
-    The numbers are checked, too, with the warnings and errors of the main job. --save-mapping writes the
-    roles to a small TOML file; --mapping reads similar logs with it.
+    The numbers are checked, too, with the warnings and errors of the main job. Options that make a log
+    readable here do so in every verb.
 
     \b
     Examples:
       gd-analyze columns puma560 log.csv
-      gd-analyze columns my_robot.urdf log.csv --save-mapping ours.toml
-      gd-analyze my_robot.urdf log.csv --mapping ours.toml
+      gd-analyze columns my_robot.urdf log.csv --map q:elbow=Position3 --time-unit ms
     """
     with output.working():
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits

@@ -9,7 +9,7 @@ from functools import partial
 
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import ROLES, refusal
-from gd_analyze.motions.roles import (
+from gd_analyze.motions.words import (
     EXTERNAL,
     MEASURED,
     TARGET,

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.motions.logged import Recording
-from gd_analyze.motions.read import files_in, read_trajectory, shipped_trajectories
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Motion, Trajectory, in_words
 from gd_analyze.robots.arm import RobotArm

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from pathlib import Path
 from typing import Any, Literal
 
 from gd_analyze.errors import Location, TrajectoryError, UsageError
@@ -49,8 +48,6 @@ class Reading:
         Pairs of a role ("" for all) and a word in the names of the columns to take.
     topic
         Topic of a bag to read.
-    mapping, save_mapping
-        Mapping file to read, and mapping file to write.
     measured
         True for sensor readings, False for a plan.
     torque_constant
@@ -73,8 +70,6 @@ class Reading:
     degrees: bool = False
     family: tuple[tuple[str, str], ...] = ()
     topic: str | None = None
-    mapping: str | Path | None = None
-    save_mapping: str | Path | None = None
     measured: bool | None = None
     torque_constant: tuple[float | None, ...] | None = None
     drop_rows: bool = False

@@ -13,9 +13,9 @@ import numpy as np
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.roles import TARGET, words_of
 from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
 from gd_analyze.motions.text import is_number
+from gd_analyze.motions.words import TARGET, words_of
 
 _STATE, _TRAJECTORY = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
 _CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"

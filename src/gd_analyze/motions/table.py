@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.reading import refusal
 from gd_analyze.text import LARGEST, visible
-from gd_analyze.units import TIME_UNITS
 
 # Called with the amount read and the total.
 Progress = Callable[[int, int], None]
@@ -25,12 +23,6 @@ Progress = Callable[[int, int], None]
 HEAD_ROWS = 200
 # More wrong rows than this are another format.
 MOST_WRONG = 1000
-# Instants from 1990 to 2100, in s since 1970.
-_EPOCH = (6.3e8, 4.2e9)
-# Longer steps may be set points in s, or readings in ms, us or ns.
-_LONGEST = 0.5
-# Time steps of robots' logs, s: 10 kHz to 1 Hz.
-_STEPS = (1e-4, 1.0)
 
 
 def no_progress(_done: int, _total: int) -> None:
@@ -250,67 +242,3 @@ class ParquetTable(LogTable):
 
 def _is_instant(kind: Any) -> bool:
     return str(kind).startswith(("timestamp", "duration"))
-
-
-def in_seconds(
-    stamps: Sequence[Stamps],
-    chosen: TimeColumns,
-    unit: str | None,
-    rate: float | None,
-    name: str,
-    where: Location,
-) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse."""
-    if len(stamps) == 2 and rate is None:
-        seconds, nano = stamps
-        values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
-        return values - _first(values), "s", chosen.why
-    stamp = stamps[0]
-    values, first = stamp.offsets - _first(stamp.offsets), stamp.base + _first(stamp.offsets)
-    # The unit by the column's name or by its first instant, since 1970.
-    dated_units = (
-        unit_name for unit_name, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1]
-    )
-    stated = next(((unit_name, "since 1970") for unit_name in dated_units), None)
-    if chosen.unit in TIME_UNITS:
-        stated = chosen.unit, chosen.why
-    if rate is not None:
-        least = _steps(values, np.min)
-        if stated or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
-            message = f"{name} does not count samples, so --rate does not apply to it"
-            expected = "whole numbers in steps of 1, or a name such as sample"
-            content = f"time in {stated[0]}" if stated else f"{first:.10g} first, steps of {least:g} at least"
-            remedy = "omit --rate; or count the rows in place of this column: --map time=none"
-            raise refusal(message, where, expected, content, remedy)
-        return values / rate, SAMPLE, f"{rate:g} Hz as given"
-    if unit is not None:
-        return values * TIME_UNITS[unit], unit, "as given"
-    if stated:
-        return values * TIME_UNITS[stated[0]], *stated
-    step = _steps(values, np.median)
-    if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
-        message = f"{name} counts samples, or its unit is unknown"
-        content = f"whole numbers in steps of {step:g}"
-        remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
-        raise refusal(message, where, "time in s, or the sample rate", content, remedy)
-    if step <= _LONGEST:
-        return values, "s", "no unit stated"
-    likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
-    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
-    next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
-    raise refusal(f"the unit of {name} is unknown", where, expected, content, next_step)
-
-
-def _first(values: FloatArray) -> float:
-    return float(next(iter(values[np.isfinite(values)]), 0.0))
-
-
-def _whole(values: FloatArray) -> bool:
-    finite = values[np.isfinite(values)]
-    return bool((finite == np.round(finite)).all())
-
-
-def _steps(values: FloatArray, statistic: Callable[[FloatArray], Any]) -> float:
-    """Median or smallest of the positive steps; 0 if there are none."""
-    steps = np.diff(values[np.isfinite(values)])
-    return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0

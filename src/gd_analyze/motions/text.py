@@ -20,7 +20,6 @@ import numpy as np
 from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.roles import is_of_set_points, unit_in_words
 from gd_analyze.motions.spool import Spool
 from gd_analyze.motions.table import (
     HEAD_ROWS,
@@ -32,6 +31,7 @@ from gd_analyze.motions.table import (
     no_progress,
 )
 from gd_analyze.motions.trajectory import GAP
+from gd_analyze.motions.words import is_of_set_points, unit_in_words
 from gd_analyze.text import LARGEST, in_python, number_in
 
 _BLOCK = 2_000_000  # bytes read at once

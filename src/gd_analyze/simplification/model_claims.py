@@ -15,8 +15,9 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.harmonics.expansion import TooLongError, expanded
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.margin import Margin
-from gd_analyze.motions.read import read_trajectory, shipped_trajectories
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import plain_program
 from gd_analyze.operations.torque_structure import structure_fault

@@ -17,7 +17,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
-from gd_analyze.motions.read import shipped_trajectories
+from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.operations.program import OperationCount, plain_program, read_back
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint

@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 
 from gd_analyze.errors import Location, UsageError
 from gd_analyze.files import read_at_most
-from gd_analyze.motions.read import files_in, shipped_trajectories
+from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text

@@ -7,11 +7,15 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
 from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.reading import ROLES, Quantity, Reading, refusal
-from gd_analyze.motions.roles import (
+from gd_analyze.motions.table import Columns, LogTable, Progress
+from gd_analyze.motions.text import TextTable
+from gd_analyze.motions.words import (
     Meaning,
     as_written,
     fitting_unit,
@@ -21,8 +25,6 @@ from gd_analyze.motions.roles import (
     units_of,
     words_of,
 )
-from gd_analyze.motions.table import LogTable
-from gd_analyze.motions.text import TextTable
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS
@@ -73,7 +75,48 @@ class _Log:
     zero: frozenset[object]  # keys of families that are 0 throughout
 
 
-def choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
+def chosen_columns(
+    table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
+) -> tuple[Choice, Columns]:
+    """Choose columns and read them; choose again if those of a family are 0 throughout."""
+    zero: frozenset[object] = frozenset()
+    while True:
+        try:
+            outcome: Choice | AmbiguityError = _choose(table, arm, reading, zero)
+        except AmbiguityError as error:
+            outcome = error
+        if isinstance(outcome, Choice):
+            families = () if outcome.set_points else tuple(outcome.families.values())
+            numbers, times = outcome.wanted
+        else:
+            families, times = outcome.families, ()
+            numbers = sorted({column for family in families for column in family.all_columns})
+        columns = table.read(numbers, times, progress)
+        zero_keys: set[object] = set()
+        if families:
+            moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+            zero_keys = {family.key for family in families if not moving & set(family.all_columns)}
+        if zero_keys <= zero:
+            if isinstance(outcome, Choice):
+                _require_one_role_each(outcome, table)
+                return outcome, columns
+            raise outcome
+        zero |= zero_keys
+
+
+def _require_one_role_each(choice: Choice, table: LogTable) -> None:
+    """Refuse a column of two roles."""
+    times = choice.time.columns if choice.time else ()
+    used = dict.fromkeys(times, ColumnUse("", "time"))
+    for column, use in choice.uses:
+        if column in used:
+            roles = " and ".join(f"{claim.role} {claim.joint}".strip() for claim in (used[column], use))
+            where, step = f"--map; {table.where(None, column)}", "`gd-analyze columns` shows the columns"
+            raise refusal(f"column {use.column} is given two roles", where, "a column for each", roles, step)
+        used[column] = use
+
+
+def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
     """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
     meanings = _meanings(table, arm, reading)
     plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
@@ -174,7 +217,7 @@ def _mapped(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str,
         if column == _NONE and quantity != "q":
             mapped[quantity, -1] = -1
         else:
-            mapped[quantity, _joint_named(joint, arm) if colon else 0] = column_named(column, table)
+            mapped[quantity, _joint_named(joint, arm) if colon else 0] = _column_named(column, table)
     return mapped
 
 
@@ -190,7 +233,7 @@ def _joint_named(name: str, arm: RobotArm) -> int:
     raise refusal(f"arm {arm.name} has no joint {name!r}", "--map", expected, repr(name), step)
 
 
-def column_named(column: str, table: LogTable, where: str = "--map") -> int:
+def _column_named(column: str, table: LogTable) -> int:
     """Column given by name, or by #NUMBER from 1; TrajectoryError if there is none or several."""
     if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
         number = int(column[1:])
@@ -198,10 +241,10 @@ def column_named(column: str, table: LogTable, where: str = "--map") -> int:
             return number - 1
     matches = [k for k, name in enumerate(table.names) if name == column]
     if not matches:
-        raise _no_column(column, table, where)
+        raise _no_column(column, table, "--map")
     if len(matches) > 1:
         numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
-        raise refusal(f"{len(matches)} columns are named {column}", where, "one column", numbers, step)
+        raise refusal(f"{len(matches)} columns are named {column}", "--map", "one column", numbers, step)
     return matches[0]
 
 

@@ -1,0 +1,216 @@
+"""From a path to a table: which reader takes it, with names from its header, its messages or the user."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
+from gd_analyze.motions.arrays_and_lists import (
+    READERS,
+    begins_json,
+    has_lists,
+    read_json,
+    read_list_cells,
+)
+from gd_analyze.motions.reading import Reading, refusal
+from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
+from gd_analyze.motions.table import LogTable, ParquetTable, Progress, no_progress
+from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
+from gd_analyze.motions.velocities import contradictions
+from gd_analyze.text import in_python, visible
+
+_LFS = b"version https://git-lfs"
+_FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
+    **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"},
+    **{".jsonl": "json", ".ndjson": "json"},
+    **dict.fromkeys(READERS, "arrays"),
+}
+# Suffixes of text files in a folder that may be motions.
+_TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
+# Limit for a pipe; a million set points of seven joints with all digits take 0.45 GB.
+_LARGEST_STREAM = 1_000_000_000
+# Positions, and what may be their derivatives.
+_DERIVATIVES = ("q", "qd", "qdd")
+
+
+def shipped_trajectories() -> dict[str, Path]:
+    """Shipped trajectory files by name, in alphabetical order."""
+    return shipped("trajectories", ".csv")
+
+
+def files_in(folder: Path) -> list[Path] | None:
+    """Trajectories of a folder, by name, except hidden files and results; None if it is not a folder."""
+    if not folder.is_dir() or _format(folder) is not None:
+        return None
+    try:
+        entries = sorted(folder.iterdir(), key=lambda path: path.name)
+    except OSError as error:
+        raise _unreadable(folder, error) from None
+    visible_paths = [path for path in entries if not path.name.startswith(".")]
+    logs = [p for p in visible_paths if _format(p) is not None or (p.is_file() and p.suffix.lower() in _TEXT)]
+    trajectories = [path for path in logs if path.name not in RESULT_FILES.values()]
+    if not trajectories:
+        names = ", ".join(visible(path.name) for path in visible_paths[:5]) or "nothing"
+        names += f" and {len(visible_paths) - 5} more" if len(visible_paths) > 5 else ""
+        expected = f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml"
+        step = "name the files themselves, or another folder"
+        raise refusal("the folder holds no trajectories", Location(folder), expected, names, step)
+    return trajectories
+
+
+def _format(path: Path) -> str | None:
+    """Format of a log by its name: "bag" (also a folder with metadata.yaml), "parquet" or "yaml"."""
+    if path.is_dir():
+        return "bag" if (path / "metadata.yaml").is_file() else None
+    return _FORMATS.get(path.suffix.lower())
+
+
+def log_source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
+    """Path, name and origin of a motion, and its bytes if it can be read only once."""
+    if not isinstance(path_or_name, str | PathLike):
+        expected = "the name of a shipped one, or the path of a file"
+        raise refusal("this is not a trajectory", "trajectory", expected, in_python(path_or_name))
+    shipped_files, path = shipped_trajectories(), Path(path_or_name)
+    if str(path_or_name) == "-":
+        return Path("standard input"), "stdin", "read from standard input", _stream(None)
+    if str(path_or_name) in shipped_files:
+        return shipped_files[str(path_or_name)], path.name, f"shipped trajectory {path_or_name}", None
+    origin = f"read from {path_or_name}"
+    with suppress(OSError, ValueError):
+        if path.is_file() or _format(path) is not None:
+            return path, path.stem, origin, None
+    return path, path.stem, origin, _stream(path)
+
+
+def _stream(path: Path | None) -> bytes:
+    """All bytes of a pipe, or of standard input."""
+    name = path or Path("standard input")
+    try:
+        data = read_at_most(path or sys.stdin.buffer, _LARGEST_STREAM)
+    except (FileNotFoundError, ValueError):
+        shipped_files = shipped_trajectories()
+        near = difflib.get_close_matches(name.stem, shipped_files, n=1)
+        message, reason = f"there is no trajectory {str(name)!r}", "neither an existing file nor a known name"
+        expected = f"a CSV file, a log or a shipped trajectory ({', '.join(shipped_files)})"
+        step = f"did you mean {near[0]!r}?" if near else "check the path, or see `gd-analyze plan`"
+        raise refusal(message, Location(name), expected, reason, step) from None
+    except OSError as error:
+        raise _unreadable(name, error) from None
+    if data is None:
+        expected, step = f"up to {megabytes(_LARGEST_STREAM)}", "write fewer set points, or split the motion"
+        raise refusal("the trajectory is too large to be read", Location(name), expected, "more", step)
+    return data
+
+
+def _unreadable(path: Path, error: OSError) -> TrajectoryError:
+    reason, step = error.strerror or str(error), "give a path you may read"
+    expected = "a file" if isinstance(error, IsADirectoryError) else "a file, or a folder of files"
+    return refusal("cannot read the trajectory", Location(path), expected, reason, step)
+
+
+def _begin(path: Path) -> bytes:
+    with suppress(OSError), path.open("rb") as file:
+        return file.read(len(_LFS))
+    return b""
+
+
+def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progress, joints: int) -> LogTable:
+    """The table of a file, with names from its header, its messages, or the user."""
+    kind = None if data is not None else _format(path)
+    begin = data if data is not None or path.is_dir() else _begin(path)
+    if (begin or b"").startswith(_LFS):
+        content, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
+        raise refusal("this is not a log", Location(path), "the log itself", content, step)
+    if kind == "bag":
+        return read_bag(path, reading.topic, progress)
+    if kind == "parquet":
+        return ParquetTable(path)
+    if kind == "yaml":
+        return read_yaml(path, progress)
+    if kind == "arrays":
+        return READERS[path.suffix.lower()](path)
+    if kind == "json" or begins_json(begin or b""):
+        return read_json(path, data)
+    table = TextTable(path, data)
+    where = Location(path, table.layout.first)
+    if (table.names or table.first_cells)[0].lstrip().startswith("<"):
+        expected, content = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
+        raise refusal("this is not a log", where, expected, content, "name the robot first, then the log")
+    if any(table.names):
+        return read_list_cells(table) if has_lists(table) else table
+    cells = table.first_cells
+    echoed = echoed_names(cells)
+    if echoed is not None and not reading.columns:
+        refuse_long_names(echoed, where)
+        table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
+        return TextTable(path, data, echoed)
+    if not reading.columns:
+        content, step = f"numbers in {len(cells)} columns", _naming(table, joints)
+        raise refusal("the file has no header line", where, "the names of the columns", content, step)
+    width = len(table.names)
+    if len(reading.columns) != width:
+        expected, content = f"{width} names, - for a column that is not needed", str(len(reading.columns))
+        raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, content)
+    table = TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
+    return read_list_cells(table) if has_lists(table) else table
+
+
+def _naming(table: LogTable, joints: int) -> str:
+    """Options that name the columns: time, positions, and derivatives where the numbers are derivatives."""
+    width = len(table.names)
+    # As many columns as joints, or a multiple, leave no column for time.
+    has_time = width % joints > 0 or joints == 1
+    count = (width - has_time) // joints
+    begins = range(has_time, has_time + count * joints, joints)
+    numeric = [k for k in begins if all(_is_numeric(table, k + joint) for joint in range(joints))]
+    roles = _derivatives(table, has_time, numeric, joints)
+    names = ["time"] if has_time else []
+    for begin, role in zip(begins, [*roles, *[""] * count], strict=False):
+        numbered_names = f"{role}1..{role}{joints}" if joints > 1 else f"{role}1"
+        names += [numbered_names] if role and begin in numeric else ["-"] * joints
+    names += ["-"] * (width - has_time - count * joints)
+    options = f"--columns {','.join(names)}" + ("" if has_time else " --rate HZ")
+    if "qdd" not in roles:
+        options += " --measured"
+    step = f"if these are the columns, name them: {options}"
+    if count > len(roles):
+        torques = f"torque1..torque{joints}" if joints > 1 else "torque1"
+        step += f"; {torques} in place of - names torques, or currents beside --torque-constant"
+    return step
+
+
+def _is_numeric(table: LogTable, column: int) -> bool:
+    return all(isinstance(cell, float) for cell in table.head(column))
+
+
+def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints: int) -> list[str]:
+    """Roles of the first blocks of columns: each is the derivative of the one before."""
+    begins = begins[: len(_DERIVATIVES)]
+    columns = [*range(has_time), *(k + joint for k in begins for joint in range(joints))]
+    if not begins or not all(_is_numeric(table, k) for k in columns[:has_time]):
+        return ["q"]
+    numbers = table.read(columns, (), no_progress).numbers
+    numbers = numbers[np.isfinite(numbers).all(axis=1)]
+    blocks = np.split(numbers[:, has_time:], len(begins), axis=1)
+    roles = ["q"]
+    for role, previous, values in zip(_DERIVATIVES[1:], blocks, blocks[1:], strict=False):
+        time = numbers[:, 0] if has_time else _instants(blocks[0], blocks[1])
+        if contradictions(time, previous, values, None):
+            break
+        roles.append(role)
+    return roles
+
+
+def _instants(q: FloatArray, qd: FloatArray) -> FloatArray:
+    """Instants of even steps with which velocities cover the distance that positions do."""
+    distance, speed = (float(np.abs(x).sum()) for x in (np.diff(q, axis=0), qd[1:]))
+    return np.arange(float(len(q))) * (distance / speed if speed > 0.0 else 1.0)

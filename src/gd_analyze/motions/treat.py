@@ -1,0 +1,355 @@
+"""From a table and the choice of its columns to a log in SI: units, time, corrupt rows, corrections."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
+from gd_analyze.motions.columns import Choice
+from gd_analyze.motions.families import SAMPLE, TimeColumns
+from gd_analyze.motions.logged import ColumnUse, Logged
+from gd_analyze.motions.reading import ROLES, Reading, refusal
+from gd_analyze.motions.sampling import LONG, SAME, longest_step
+from gd_analyze.motions.spool import Spool, blocks, is_mapped
+from gd_analyze.motions.table import Columns, LogTable, Stamps
+from gd_analyze.motions.text import TextTable
+from gd_analyze.motions.words import units_of
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import number
+from gd_analyze.units import TIME_UNITS
+
+# Instants from 1990 to 2100, in s since 1970.
+_EPOCH = (6.3e8, 4.2e9)
+# Longer steps may be set points in s, or readings in ms, us or ns.
+_LONGEST = 0.5
+# Time steps of robots' logs, s: 10 kHz to 1 Hz.
+_STEPS = (1e-4, 1.0)
+# Garbage is a few rows long; more in a row are another motion.
+_FEW = 3
+# A position's ordinary step is this quantile of its steps.
+_ORDINARY_SHARE = 0.99
+# A jump is longer than this many ordinary steps,
+_JUMP_STEPS = 30.0
+# and faster than this, per s: ten times as fast as arms move.
+_FASTEST = 30.0
+_TURN = 2 * math.pi
+# Most lines listed in a message.
+_MOST_LISTED = 20
+
+
+def log_of(
+    table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
+) -> Logged:
+    """The log in SI units, without corrupt rows, corrected as the reading says; or refuse it."""
+    numbers, _ = choice.wanted
+    column_values = dict(zip(numbers, columns.numbers.T, strict=True))
+    arrays: dict[str, FloatArray] = {}
+    for role in ROLES:
+        uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
+        paired = [*zip(uses, arm.joints, strict=False)]
+        factors = np.array(
+            [units_of(role, joint.kind == "revolute")[column_unit] for (_, column_unit), joint in paired]
+        )
+        values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
+        if paired and (role == "q" or any(np.isfinite(values[chunk]).any() for chunk in blocks(values))):
+            arrays[role] = values
+    if reading.torque_constant is not None:
+        constants = len(reading.torque_constant) if "torque" in arrays else 0
+        if constants != arm.n_joints:
+            message, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
+            expected = f"{arm.n_joints} constants, and columns of torque or currents"
+            step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
+            raise refusal(message, where, expected, str(constants or "no such columns"), step)
+        arrays["torque"] = arrays["torque"] * np.array(reading.torque_constant, dtype=float)
+    q = arrays["q"]
+    if not len(q):
+        raise refusal("the file has no rows", table.where(), "a line per instant", "none")
+    gaps = None
+    if not choice.measured and any(
+        np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
+    ):
+        _require_numbers(table, column_values, choice.set_points, [*columns.wrong])
+    if choice.set_points and choice.time is not None:
+        unit, why = choice.time.unit, choice.time.why
+        column = choice.time.columns[0]
+        rows = columns.numbers[:, numbers.index(column)]
+        instants = np.concatenate([rows[chunk].copy() for chunk in blocks(rows)])
+        _require_increasing(table, column, instants)
+        time = instants * TIME_UNITS[unit]
+        gaps = columns.gaps
+    elif choice.time is None:
+        time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
+    else:
+        column = choice.time.columns[0]
+        rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
+        place = (table.label(column), table.where(None, column))
+        time, unit, why = _in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
+    jumping = _jumping_rows(time, q, arm) if choice.measured else {}
+    _require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
+    # Rows of other topics and rows without an instant do not describe the motion.
+    usable = np.isfinite(time)
+    for chunk in blocks(q):
+        usable[chunk] &= np.isfinite(q[chunk]).any(axis=1)
+    if not usable.any():
+        expected = "numbers in the columns of time and positions"
+        raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
+    corrupt = sorted({*columns.wrong, *jumping})
+    empty = np.delete(~usable, corrupt).sum()
+    if empty:
+        why += f"; rows without time or positions, left out: {int(empty)}"
+    usable[corrupt] = False
+    if not usable.all():
+        time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
+        gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
+    if reading.corrections:
+        arrays = reading.corrections.applied(time, arrays, arm)
+        origin += f"; corrected by {reading.corrections.words}"
+    return Logged(
+        time=time if gaps is not None else time - time[0],
+        q=arrays["q"],
+        qd=arrays.get("qd"),
+        qdd=arrays.get("qdd"),
+        torque=arrays.get("torque"),
+        measured=choice.measured,
+        columns=_uses(table, choice, unit, why),
+        name=name,
+        origin=origin,
+        gaps=gaps,
+        judged=reading.measured is None,
+    )
+
+
+def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
+    """Take columns, each times its factor; memory-mapped columns stay mapped."""
+    if is_mapped(numbers) and (factors == 1.0).all() and (np.diff(places) == 1).all() and places:
+        return numbers[:, places[0] : places[-1] + 1]
+    spool = Spool(len(places))
+    for chunk in blocks(numbers):
+        spool.add(numbers[chunk][:, places] * factors)
+    return spool.array()
+
+
+def _require_numbers(
+    table: LogTable, column_values: dict[int, FloatArray], refuse_empty: bool, corrupt: Sequence[int]
+) -> None:
+    """Refuse a plan with a cell nan, and a file of set points with an empty cell, but for corrupt rows."""
+    for column, values in column_values.items():
+        empty = np.isnan(values)
+        empty[corrupt] = False
+        for row in np.flatnonzero(empty)[:1].tolist():
+            cell = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
+            if refuse_empty or cell.lower().strip("-") == "nan":
+                message, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
+                step += "; --measured leaves out such rows of a recording"
+                raise refusal(message, table.where(row, column), "a number", cell, step)
+
+
+def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
+    """Refuse set points whose time does not increase."""
+    for k in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
+        where, expected = table.where(k + 1, column), f"more than {time[k]!s}, the time of the line before"
+        step = "sort the set points by time and keep one per instant; for readings, --measured does this"
+        raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
+
+
+def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
+    """Role of every column, in the order of the log."""
+    times = choice.time.columns if choice.time is not None else ()
+    reason = "another time" if times else "no time is needed"
+    numbers = range(len(table.names))
+    uses = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
+    uses |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
+    uses |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
+    return tuple((uses | dict(choice.uses)).values())
+
+
+def _in_seconds(
+    stamps: Sequence[Stamps],
+    chosen: TimeColumns,
+    unit: str | None,
+    rate: float | None,
+    name: str,
+    where: Location,
+) -> tuple[FloatArray, str, str]:
+    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse."""
+    if len(stamps) == 2 and rate is None:
+        seconds, nano = stamps
+        values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
+        return values - _first(values), "s", chosen.why
+    stamp = stamps[0]
+    values, first = stamp.offsets - _first(stamp.offsets), stamp.base + _first(stamp.offsets)
+    # The unit by the column's name or by its first instant, since 1970.
+    dated_units = (
+        unit_name for unit_name, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1]
+    )
+    stated = next(((unit_name, "since 1970") for unit_name in dated_units), None)
+    if chosen.unit in TIME_UNITS:
+        stated = chosen.unit, chosen.why
+    if rate is not None:
+        least = _steps(values, np.min)
+        if stated or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
+            message = f"{name} does not count samples, so --rate does not apply to it"
+            expected = "whole numbers in steps of 1, or a name such as sample"
+            content = f"time in {stated[0]}" if stated else f"{first:.10g} first, steps of {least:g} at least"
+            remedy = "omit --rate; or count the rows in place of this column: --map time=none"
+            raise refusal(message, where, expected, content, remedy)
+        return values / rate, SAMPLE, f"{rate:g} Hz as given"
+    if unit is not None:
+        return values * TIME_UNITS[unit], unit, "as given"
+    if stated:
+        return values * TIME_UNITS[stated[0]], *stated
+    step = _steps(values, np.median)
+    if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
+        message = f"{name} counts samples, or its unit is unknown"
+        content = f"whole numbers in steps of {step:g}"
+        remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
+        raise refusal(message, where, "time in s, or the sample rate", content, remedy)
+    if step <= _LONGEST:
+        return values, "s", "no unit stated"
+    likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
+    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
+    next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
+    raise refusal(f"the unit of {name} is unknown", where, expected, content, next_step)
+
+
+def _first(values: FloatArray) -> float:
+    return float(next(iter(values[np.isfinite(values)]), 0.0))
+
+
+def _whole(values: FloatArray) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool((finite == np.round(finite)).all())
+
+
+def _steps(values: FloatArray, statistic: Callable[[FloatArray], Any]) -> float:
+    """Median or smallest of the positive steps; 0 if there are none."""
+    steps = np.diff(values[np.isfinite(values)])
+    return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0
+
+
+def _jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
+    """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
+
+    A row that comes late is not among them: its stamp fills a hole between the others.
+    """
+    rows = np.flatnonzero(np.isfinite(time))
+    steps = np.diff(time[rows])
+    if len(rows) <= 2 * _FEW or not (steps > 0).any():
+        return {}
+    step = float(np.median(steps[steps > 0]))
+    gap = longest_step(step)
+    strays = _stray_stamps(time[rows], q[rows], step, gap)
+    faults = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
+    rows = np.delete(rows, strays)
+    for i, joint in enumerate(arm.joints):
+        finite = rows[np.isfinite(q[rows, i])]
+        x = q[finite, i]
+        for k in _stray_positions(time[finite], x, gap, joint.kind == "revolute"):
+            fault = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
+            faults.setdefault(int(finite[k]), fault)
+    return faults
+
+
+def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
+    """At most three rows in a row whose stamps fit neither side, where the two sides fit each other."""
+    begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
+    lengths = np.diff(np.append(begins, len(time)))
+    is_long = np.repeat(lengths > _FEW, lengths)
+    if not is_long.any():
+        return []
+    good = np.sort(time[is_long])
+    span = float(good[-1] - good[0])
+    strays: list[int] = []
+    for first, end in _runs(~is_long):
+        if end - first > _FEW:
+            continue
+        if first == 0 or end == len(time):
+            inner = time[end] if first == 0 else time[first - 1]
+            sign = -1.0 if first == 0 else 1.0
+            away = sign * (time[first:end] - inner)
+            # A gap follows or precedes them, unless they are farther than the whole motion is long.
+            strays += [first + int(k) for k in np.flatnonzero((away < 0) | (away > max(span, gap)))]
+        elif 0.0 < time[end] - time[first - 1] <= gap:
+            strays += [k for k in range(first, end) if not _is_late(k, time, q, is_long, good, step)]
+    return strays
+
+
+def _is_late(
+    k: int, time: FloatArray, q: FloatArray, is_long: NDArray[np.bool_], good: FloatArray, step: float
+) -> bool:
+    """Whether a row's stamp fills a hole among the good ones, in order, or repeats a whole row."""
+    at = int(np.searchsorted(good, time[k]))
+    if not 0 < at < len(good):
+        return False
+    if good[at] - good[at - 1] >= LONG * step:
+        return True
+    alike = is_long & (np.abs(time - time[k]) <= SAME * step)
+    return bool((q[alike] == q[k]).all(axis=1).any())
+
+
+def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
+    """At most three readings in a row that are far from those on both sides, which are near each other."""
+    if len(x) <= 2 * _FEW:
+        return []
+    steps, seconds = np.diff(x), np.diff(time)
+    ordinary = float(np.quantile(np.abs(steps), _ORDINARY_SHARE))
+    if revolute:
+        # An angle at the end of its range wraps there and back.
+        remainders = steps - _TURN * np.round(steps / _TURN)
+        steps = np.where(
+            (np.abs(steps) < 1.5 * _TURN) & (np.abs(remainders) <= _JUMP_STEPS * ordinary), remainders, steps
+        )
+    is_adjacent = (seconds > 0) & (seconds <= gap)
+    jumps = is_adjacent & (np.abs(steps) > np.maximum(_JUMP_STEPS * ordinary, _FASTEST * seconds))
+    at, strays = np.flatnonzero(jumps), list[int]()
+    for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
+        is_short = back - out <= _FEW and is_adjacent[out:back].all()
+        has_returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
+        if is_short and has_returned and steps[out] * steps[back] < 0:
+            strays += range(out + 1, back + 1)
+    return strays
+
+
+def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """First and end of every run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+
+
+def _require_sound(
+    wrong: Mapping[int, TrajectoryError], jumping: Mapping[int, str], table: LogTable, name: str, drop: bool
+) -> None:
+    """Refuse corrupt rows, all named; or warn that they are left out if they are to be dropped."""
+    rows = sorted({*wrong, *jumping})
+    if not rows:
+        return
+    lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED + 1]), len(rows))
+    first = rows[0]
+    if drop:
+        omission = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
+        warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
+        return
+    remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
+    if first not in wrong:
+        message = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
+        expected = "instants and positions near those of the rows before and after"
+        facts = [jumping[first], *([lines] if len(rows) > 1 else [])]
+        raise refusal(message, table.where(first), expected, facts, remedy)
+    error = wrong[first]
+    details = error.details
+    message = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
+    facts = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
+    step = "; ".join(filter(None, (details.get("next"), remedy)))
+    raise refusal(message, details["where"], details.get("expected", ""), facts, step)
+
+
+def _listed_lines(lines: Sequence[int], count: int) -> str:
+    numbers = ", ".join(map(str, lines[:_MOST_LISTED]))
+    return f"line{'s' if count > 1 else ''} {numbers}" + (f", ... ({count})" if count > _MOST_LISTED else "")
