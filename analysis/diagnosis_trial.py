@@ -31,7 +31,7 @@ from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.files import write_text
-from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.logged import Log
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -168,7 +168,7 @@ class Robot:
     ) -> Trajectory:
         """The readings as a motion, velocities among them or not."""
         q = q + self.noise[0] * self.rng.normal(size=q.shape)
-        return Trajectory.from_log(Logged(time_, q, qd, None, torque, measured=True))
+        return Trajectory.from_log(Log(time_, q, qd, None, torque, measured=True))
 
     @property
     def as_it_is(self) -> tuple[FloatArray, FloatArray, FloatArray]:

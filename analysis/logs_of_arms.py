@@ -10,7 +10,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.identification.identified_arm import base_matrix
-from gd_analyze.motions.logged import Logged, Recording
+from gd_analyze.motions.logged import Log, Recording
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -85,7 +85,7 @@ class TrueArm:
         rng, torque = np.random.default_rng(seed), self.torque(states)
         q = states.q + noise[0] * rng.normal(size=torque.shape)
         torque = torque + noise[1] * np.sqrt((torque**2).mean(axis=0)) * rng.normal(size=torque.shape)
-        return Trajectory.from_log(Logged(time, q, None, None, torque, measured=True), self.arm)
+        return Trajectory.from_log(Log(time, q, None, None, torque, measured=True), self.arm)
 
     def exact_log(self, time: FloatArray, states: States, name: str = "log") -> Trajectory:
         """Its motion and torques as they are: nothing is smoothed."""

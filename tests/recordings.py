@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.logged import ColumnUse, Logged, Recording
+from gd_analyze.motions.logged import ColumnUse, Log, Recording
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -49,10 +49,10 @@ def instants(rate: float, seconds: float, jitter: float = 0.0, seed: int = 0) ->
     return np.asarray((np.arange(count) + jitter * shake) / rate)
 
 
-def readings(time: FloatArray, q: FloatArray, **more: Any) -> Logged:
+def readings(time: FloatArray, q: FloatArray, **more: Any) -> Log:
     """A log of readings."""
     values = {"qd": None, "qdd": None, "torque": None, "measured": True} | more
-    return Logged(time, q, **values)
+    return Log(time, q, **values)
 
 
 def rms(values: FloatArray) -> FloatArray:

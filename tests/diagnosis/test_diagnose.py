@@ -26,7 +26,7 @@ from gd_analyze.diagnosis.settings import SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.logged import Log
 from gd_analyze.motions.trajectory import Trajectory
 from robot_files import two_joints
 
@@ -45,7 +45,7 @@ def good(robot) -> Arrays:
 
 
 def log_of(time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Trajectory:
-    return Trajectory.from_log(Logged(time, q, None, None, torque, measured=True))
+    return Trajectory.from_log(Log(time, q, None, None, torque, measured=True))
 
 
 def written(

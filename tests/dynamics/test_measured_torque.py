@@ -14,7 +14,7 @@ import gd_analyze as gd
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import correlation_time
-from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.logged import Log
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from recordings import CUTOFF, friction_of, recorded, swinging, with_torques
@@ -178,7 +178,7 @@ def test_noise_of_the_recording_is_what_the_filter_leaves(two_link):
     q = np.sin(angle) + 1e-4 * drawn.normal(size=(4000, 2))
     smooth = Trajectory.from_arrays(time, np.sin(angle), arm=two_link, measured=False)
     exact = exact_of(two_link, smooth)
-    logged = Logged(time, q, None, None, exact + [2.0, 0.5] * drawn.normal(size=(4000, 2)), measured=True)
+    logged = Log(time, q, None, None, exact + [2.0, 0.5] * drawn.normal(size=(4000, 2)), measured=True)
     found = gd.compare_torque(two_link, Trajectory.from_log(logged, two_link))
     left = found.friction.rms / found.noise
     assert set(found.verdicts) == {"follows"}

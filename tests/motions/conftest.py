@@ -11,7 +11,7 @@ import pytest
 from remedies import as_options, remedies, typed
 
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.logged import Log
 from gd_analyze.motions.read import read_log
 from gd_analyze.motions.reading import Reading
 from gd_analyze.robots.arm import RobotArm
@@ -42,17 +42,17 @@ def log(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def read(log: Callable[..., Path]) -> Callable[..., Logged]:
+def read(log: Callable[..., Path]) -> Callable[..., Log]:
     """Writes a log and reads it; keywords are those of `Reading.of`."""
 
-    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> Logged:
+    def call(content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> Log:
         return read_log(log(content, name), arm, Reading.of(**asked))
 
     return call
 
 
 @pytest.fixture
-def refused(log: Callable[..., Path], read: Callable[..., Logged]) -> Callable[..., None]:
+def refused(log: Callable[..., Path], read: Callable[..., Log]) -> Callable[..., None]:
     """Writes a log, which is refused with words that name place or fact; types what the message advises."""
 
     def call(says: str, content: str | bytes, arm: RobotArm, name: str = "log.csv", **asked: Any) -> None:

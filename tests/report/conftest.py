@@ -11,7 +11,7 @@ from page_reader import Page
 
 from changed_programs import skip_searches
 from few_tries import few_tries
-from gd_analyze.motions.logged import ColumnUse, Logged
+from gd_analyze.motions.logged import ColumnUse, Log
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
@@ -80,7 +80,7 @@ def recorded(two_link: RobotArm) -> Findings:
         ColumnUse("Time", "time", unit="s", why="by name"),
         ColumnUse("<b>temp</b>", "unused", why="no quantity of a joint"),
     )
-    logged = Logged(time, q, None, None, None, measured=True, columns=columns, name="log", origin="made")
+    logged = Log(time, q, None, None, None, measured=True, columns=columns, name="log", origin="made")
     return find(two_link, Trajectory.from_log(logged, two_link))
 
 

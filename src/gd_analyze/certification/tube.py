@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, FloatArray
+from gd_analyze.certification.between import Between
 from gd_analyze.certification.box import Box
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.motions.between import Between
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import taken_apart
 from gd_analyze.motions.spool import release

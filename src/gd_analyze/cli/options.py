@@ -17,6 +17,7 @@ from gd_analyze.units import UNITS, Quantity
 
 if TYPE_CHECKING:
     from gd_analyze.robots.parts import Link
+    from gd_analyze.robots.uncertainty import StatedUncertainty
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -130,6 +131,12 @@ class Share(click.ParamType[float]):
         if si is None or not 0.0 <= si <= 1.0:
             self.fail(f"{value!r} is not a share of 0 to 1, such as 1% or 0.01", param, ctx)
         return si
+
+
+def _uncertainty_in(text: str) -> StatedUncertainty:
+    from gd_analyze.robots.uncertainty import StatedUncertainty
+
+    return StatedUncertainty.parse(text)
 
 
 def _payload_in(text: str) -> Link:
@@ -265,6 +272,7 @@ dominance = together(
     ),
     click.option(
         "--uncertainty",
+        type=Parsed("uncertainty", _uncertainty_in),
         metavar="LIST",
         help="Standard uncertainties of all links, in place of the arm file's, for the probability of "
         "verdicts: mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), comma-separated.",

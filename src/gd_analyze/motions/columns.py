@@ -64,7 +64,7 @@ class AmbiguityError(TrajectoryError):
 
 
 @dataclass(frozen=True)
-class _Log:
+class _NamedLog:
     """A log with the meanings of its columns' names."""
 
     table: LogTable
@@ -129,7 +129,7 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[ob
     complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
     in_order = table.set_points or (named and complete)
     names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
-    log = _Log(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
+    log = _NamedLog(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
     mapped = _mapped(table, arm, reading)
     chosen: dict[str, Family] = {}
     uses: list[tuple[int, ColumnUse]] = []
@@ -262,7 +262,7 @@ def _listed(names: Sequence[str]) -> str:
     return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
 
 
-def _family(log: _Log, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
+def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
     """Choose the family of a role; positions are required."""
     words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
@@ -292,7 +292,7 @@ def _family(log: _Log, role: str, q: Family | None, column_of_joint: Mapping[int
     return choices[0]
 
 
-def _incomplete(log: _Log, role: str, column_of_joint: Mapping[int, int]) -> TrajectoryError:
+def _incomplete(log: _NamedLog, role: str, column_of_joint: Mapping[int, int]) -> TrajectoryError:
     """Error for a role of which the user named the columns of some joints only."""
     names = [joint.name for joint in log.arm.joints]
     mapped_names = ", ".join(names[joint] for joint in sorted(column_of_joint))
@@ -302,7 +302,7 @@ def _incomplete(log: _Log, role: str, column_of_joint: Mapping[int, int]) -> Tra
 
 
 def _uses(
-    log: _Log, role: Quantity, family: Family | None, column_of_joint: Mapping[int, int]
+    log: _NamedLog, role: Quantity, family: Family | None, column_of_joint: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
     table, uses = log.table, []
     for index, joint in enumerate(log.arm.joints):
@@ -335,7 +335,7 @@ def _uses(
     return uses
 
 
-def _time(log: _Log, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
+def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     """Column of time; None where rows are counted."""
     table = log.table
     if ("time", 0) in mapped:
@@ -366,7 +366,7 @@ def _time(log: _Log, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | Non
     return time
 
 
-def _unused(log: _Log, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
+def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
     why = {}
     for column, meaning in enumerate(log.meanings):
@@ -387,7 +387,7 @@ def _map_option(pair: str) -> str:
     return f"--map {shlex.quote(pair)}"
 
 
-def _remarks(log: _Log, chosen: Mapping[str, Family]) -> list[str]:
+def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
     """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
@@ -440,7 +440,7 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     return error
 
 
-def _no_positions(log: _Log, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
+def _no_positions(log: _NamedLog, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
     """Error for a log whose positions are not those of all the arm's joints."""
     table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]

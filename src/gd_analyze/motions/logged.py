@@ -46,7 +46,7 @@ class ColumnUse:
 
 
 @dataclass(frozen=True, eq=False)
-class Logged:
+class Log:
     """The columns of an arm's motion, in SI units and in the order of the joints, untreated."""
 
     time: FloatArray  # s, shape (N,); in a log instants may repeat, jump or leave gaps
@@ -68,7 +68,7 @@ class Logged:
     def __repr__(self) -> str:
         quantities = [role for role in ROLES if getattr(self, role) is not None]
         size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(quantities)}"
-        return f"Logged({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"
+        return f"Log({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +96,20 @@ class Recording:
         return self.cutoff is not None
 
 
-# Time, q, qd and qdd of a trajectory, origin of the derivatives, gaps, and recording.
-Treated = tuple[FloatArray, FloatArray, FloatArray, FloatArray, str, tuple[int, ...], Recording | None]
+@dataclass(frozen=True, eq=False)
+class Treated:
+    """The numbers of a trajectory; see `Trajectory`."""
+
+    time: FloatArray  # s, shape (N,)
+    q: FloatArray  # rad (m), shape (N, n)
+    qd: FloatArray  # per s
+    qdd: FloatArray  # per s^2
+    derivatives_from: str  # origin of qd and qdd
+    gaps: tuple[int, ...]
+    recording: Recording | None
 
 
-def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -> Treated:
+def treated(logged: Log, arm: RobotArm | None, treatment: Treatment | None) -> Treated:
     """Make the numbers of a trajectory; see `Trajectory.from_log`."""
     if arm is not None and logged.q.shape[1] != arm.n_joints:
         message, count = f"the log does not fit arm {arm.name}", str(logged.q.shape[1])
@@ -110,7 +119,7 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
         if logged.judged and not logged.gaps and are_noise(*arrays):
             return treated(_as_readings(logged), arm, treatment)
         derivatives = completed(*arrays, logged.gaps, logged.name)
-        return (logged.time, logged.q, *derivatives, logged.gaps, None)
+        return Treated(logged.time, logged.q, *derivatives, logged.gaps, None)
     treatment = treatment or Treatment()
     logged = _without_sparse(logged)
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
@@ -133,10 +142,10 @@ def treated(logged: Logged, arm: RobotArm | None, treatment: Treatment | None) -
     derivatives = completed(sampled.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
     recording = Recording(q, torque, torque, None, nothing, nothing, sampled.columns, notes, qd)
-    return (sampled.time, q, *derivatives, sampling.gaps, recording)
+    return Treated(sampled.time, q, *derivatives, sampling.gaps, recording)
 
 
-def _as_readings(logged: Logged) -> Logged:
+def _as_readings(logged: Log) -> Log:
     """Treat a log as a recording although its names do not say so."""
     reason = "its accelerations are noise, so it is treated as a recording and smoothed"
     message = f"trajectory {logged.name}: {reason}; --planned uses its rows unchanged"
@@ -144,7 +153,7 @@ def _as_readings(logged: Logged) -> Logged:
     return replace(logged, measured=True, gaps=None, judged=False)
 
 
-def _without_sparse(logged: Logged) -> Logged:
+def _without_sparse(logged: Log) -> Log:
     """Leave out velocities and accelerations given in fewer than half of the rows with positions."""
     has_position = np.isfinite(logged.q).all(axis=1)
     count = int(has_position.sum())
@@ -158,7 +167,7 @@ def _without_sparse(logged: Logged) -> Logged:
     return logged
 
 
-def _smoothed(sampled: Logged, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
+def _smoothed(sampled: Log, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
     source, cutoffs, rule = chosen(_sources(sampled, sampling, treatment), sampling, treatment)
     from_velocities = source.order == 1
     q, qd, qdd = _smooth(sampling, sampled.q, cutoffs, (0, 1, 2))
@@ -184,10 +193,10 @@ def _smoothed(sampled: Logged, sampling: Sampling, treatment: Treatment, notes: 
         sampled.q, sampled.torque, torque, cutoffs, noise_q, noise_qdd, sampled.columns, notes, sampled.qd
     )
     derivatives_from = derived if sampled.qdd is None else f"given: measured, {smoothing}"
-    return sampled.time, q, qd, qdd, derivatives_from, sampling.gaps, recording
+    return Treated(sampled.time, q, qd, qdd, derivatives_from, sampling.gaps, recording)
 
 
-def _sources(sampled: Logged, sampling: Sampling, treatment: Treatment) -> list[Source]:
+def _sources(sampled: Log, sampling: Sampling, treatment: Treatment) -> list[Source]:
     """Positions, and velocities if there are any that agree with them."""
     sources = [Source.of(sampling, sampled.q, 2)]
     if sampled.qd is None or not treatment.use_velocities:

@@ -14,7 +14,7 @@ from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
-from gd_analyze.motions.logged import Logged
+from gd_analyze.motions.logged import Log
 from gd_analyze.motions.reading import Reading, Treatment, refusal
 from gd_analyze.motions.table import Progress, no_progress
 from gd_analyze.motions.text import TextTable
@@ -76,7 +76,7 @@ def read_trajectory(
 
 
 def motion_of(
-    logged: Logged, path_or_name: str | Path, arm: RobotArm, treatment: Treatment | None
+    logged: Log, path_or_name: str | Path, arm: RobotArm, treatment: Treatment | None
 ) -> Trajectory:
     """Make a motion from a log, and check its numbers; see `read_trajectory`."""
     try:
@@ -103,7 +103,7 @@ def read_log(
     reading: Reading | None = None,
     *,
     progress: Progress = no_progress,
-) -> Logged:
+) -> Log:
     """Read the motion of an arm from a log or a file of set points, without treating it.
 
     Parameters
@@ -119,8 +119,8 @@ def read_log(
 
     Returns
     -------
-    Logged
-        The motion in SI units; `Logged.columns` states role, joint and unit of every column.
+    Log
+        The motion in SI units; `Log.columns` states role, joint and unit of every column.
 
     Raises
     ------

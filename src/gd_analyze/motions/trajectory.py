@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.files import write_text
-from gd_analyze.motions.logged import Logged, Recording, treated
+from gd_analyze.motions.logged import Log, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.spool import blocks, gathered, is_mapped
 from gd_analyze.robots.arm import RobotArm
@@ -182,12 +182,12 @@ class Trajectory:
         """
         arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
         origin, rows = "arrays in memory", (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
-        logged = Logged(arrays["time"], *rows, bool(measured), (), name, origin)
+        logged = Log(arrays["time"], *rows, bool(measured), (), name, origin)
         return cls.from_log(replace(logged, gaps=gaps, judged=measured is None), arm, treatment)
 
     @classmethod
     def from_log(
-        cls, logged: Logged, arm: RobotArm | None = None, treatment: Treatment | None = None
+        cls, logged: Log, arm: RobotArm | None = None, treatment: Treatment | None = None
     ) -> Trajectory:
         """Make a trajectory from a log.
 
@@ -218,8 +218,18 @@ class Trajectory:
             still = np.zeros_like(logged.q)
             qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
             cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
-        time, q, qd, qdd, how, gaps, recording = treated(logged, arm, treatment)
-        return cls(time, q, qd, qdd, logged.name, logged.origin, how, gaps, recording)
+        result = treated(logged, arm, treatment)
+        return cls(
+            time=result.time,
+            q=result.q,
+            qd=result.qd,
+            qdd=result.qdd,
+            name=logged.name,
+            origin=logged.origin,
+            derivatives_from=result.derivatives_from,
+            gaps=result.gaps,
+            recording=result.recording,
+        )
 
     def __repr__(self) -> str:
         size = f"{counted(self.n_joints, 'joint')}, {counted(self.n_set_points, 'set point')}"

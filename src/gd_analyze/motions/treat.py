@@ -14,7 +14,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.motions.columns import Choice
 from gd_analyze.motions.families import SAMPLE, TimeColumns
-from gd_analyze.motions.logged import ColumnUse, Logged
+from gd_analyze.motions.logged import ColumnUse, Log
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.sampling import LONG, SAME, longest_step
 from gd_analyze.motions.spool import Spool, blocks, is_mapped
@@ -46,7 +46,7 @@ _MOST_LISTED = 20
 
 def log_of(
     table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
-) -> Logged:
+) -> Log:
     """The log in SI units, without corrupt rows, corrected as the reading says; or refuse it."""
     numbers, _ = choice.wanted
     column_values = dict(zip(numbers, columns.numbers.T, strict=True))
@@ -111,7 +111,7 @@ def log_of(
     if reading.corrections:
         arrays = reading.corrections.applied(time, arrays, arm)
         origin += f"; corrected by {reading.corrections.words}"
-    return Logged(
+    return Log(
         time=time if gaps is not None else time - time[0],
         q=arrays["q"],
         qd=arrays.get("qd"),

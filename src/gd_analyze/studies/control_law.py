@@ -22,9 +22,9 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.certification.between import Between
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.robots.arm import RobotArm

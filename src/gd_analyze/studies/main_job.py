@@ -45,7 +45,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.robots.uncertainty import with_uncertainty
+from gd_analyze.robots.uncertainty import StatedUncertainty, with_uncertainty
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.effort import READABLE
@@ -108,7 +108,7 @@ class Settings:
     dominance
         Share of an element's peak that leaving a part out may change, see `rank`.
     uncertainty
-        Standard uncertainties of all links in place of those the arm states, see `robustness`.
+        Standard uncertainties of all links in place of those the arm states, or their text, see `robustness`.
     fit_friction
         Fit friction to measured torques; it does not become part of the model.
     christoffel, by_link, terms
@@ -132,7 +132,7 @@ class Settings:
     drives: bool | None = None
     margin: Margin | str | None = None
     dominance: float = DOMINANCE_THRESHOLD
-    uncertainty: str | None = None
+    uncertainty: StatedUncertainty | str | None = None
     fit_friction: bool = False
     christoffel: bool | None = None
     by_link: bool = False
@@ -143,6 +143,8 @@ class Settings:
         if self.budget is not None:
             object.__setattr__(self, "budget", Budget.of(self.budget))
         object.__setattr__(self, "margin", Margin.of(self.margin))
+        if isinstance(self.uncertainty, str):
+            object.__setattr__(self, "uncertainty", StatedUncertainty.parse(self.uncertainty))
         level = level_named(self.level)
         SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
         if self.operations is not None or self.at_set_points:
@@ -169,6 +171,7 @@ class Settings:
             "budget": self.asked.entries,
             "level": level_named(self.level).name,
             "margin": str(self.margin),
+            "uncertainty": None if self.uncertainty is None else str(self.uncertainty),
         }
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
-from gd_analyze.motions.between import Between
+from gd_analyze.certification.between import Between
 from gd_analyze.motions.trajectory import Trajectory
 from strategies import examples
 
