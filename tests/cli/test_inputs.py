@@ -223,6 +223,24 @@ def test_options_reach_the_reader_in_every_verb(run, here):
     assert run("evaluate r/model.json log.csv --map time=none --rate 100").code == 0
 
 
+def test_quantities_may_have_units(run, here):
+    (here / "log.csv").write_text(LOG)
+    words = "columns two_link log.csv --json --time-unit ms --measured"
+    plain = run(f"{words} --cutoff 5 --largest-gap 0.2").json
+    assert run(f"{words} --cutoff 5Hz --largest-gap 200ms").json == plain
+    plan = "plan two_link --to 0,0 --duration 2 --json"
+    assert run(f"{plan} --from 180,0").json["q"] == run(f"{plan} --from 0.5rev,0rad").json["q"]
+    refused = run(f"{plan} --from 1m,0")
+    assert (refused.code, "value 1" in refused.err) == (2, True)
+
+
+@pytest.mark.parametrize("option", ["--budget 5mm", "--margin 1kg", "--payload 1,0", "--dominance 1mm"])
+def test_a_wrong_option_is_told_before_files_are_read(run, here, option):
+    told = run(f"puma560 nowhere.csv {option}")
+    assert told.code == 2
+    assert "nowhere" not in told.err
+
+
 def test_standard_input(process):
     told = process("columns two_link - --json", input=LOG).json
     assert (told["log"], told["rows"]) == ("stdin", 200)
