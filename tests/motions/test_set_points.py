@@ -152,10 +152,10 @@ def test_standard_input_and_pipes(two_link, tmp_path, monkeypatch):
 def test_a_header_is_understood_in_linear_time(log, puma):
     """A cubic expression took 80 s for 10 000 digits, and some for the 200 that a name may have."""
     names = ["time", *("1" * 199 + "x" for _ in range(400))]
-    begin = time.perf_counter()
+    begin = time.process_time()  # not of the clock, which counts what else the machine does
     with pytest.raises(TrajectoryError):
         gd.read_trajectory(log(",".join(names) + "\n0\n"), puma)
-    assert time.perf_counter() - begin < 2.0
+    assert time.process_time() - begin < 2.0
 
 
 def test_reading_takes_few_times_the_memory_of_the_text(log, two_link):
