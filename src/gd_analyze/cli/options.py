@@ -120,7 +120,7 @@ class Amount(click.ParamType[float]):
         return si
 
 
-class Share(click.ParamType[float]):
+class ShareAmount(click.ParamType[float]):
     """A share of 0 to 1, written 1% or 0.01."""
 
     name = "share"
@@ -261,7 +261,9 @@ states = together(
 
 def share(name: str, default: str, words: str) -> Callable[[F], F]:
     """An option that takes a share."""
-    return click.option(name, metavar="SHARE", type=Share(), default=default, show_default=True, help=words)
+    return click.option(
+        name, metavar="SHARE", type=ShareAmount(), default=default, show_default=True, help=words
+    )
 
 
 dominance = together(

@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
 from gd_analyze.motions.logged import ColumnUse
-from gd_analyze.motions.reading import ROLES, Quantity, Reading, refusal
+from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
@@ -302,7 +302,7 @@ def _incomplete(log: _NamedLog, role: str, column_of_joint: Mapping[int, int]) -
 
 
 def _uses(
-    log: _NamedLog, role: Quantity, family: Family | None, column_of_joint: Mapping[int, int]
+    log: _NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
     table, uses = log.table, []
     for index, joint in enumerate(log.arm.joints):

@@ -39,7 +39,7 @@ _SLOWEST = 0.1
 # Units of time, per s.
 _UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 
-Quantity = Literal["position", "velocity", "acceleration"]
+LimitedQuantity = Literal["position", "velocity", "acceleration"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Violation:
 
     joint: int  # number i, from 1
     name: str
-    quantity: Quantity
+    quantity: LimitedQuantity
     value: float  # the extreme reached; velocity and acceleration as magnitudes
     limit: float  # the limit it exceeds
     time: float  # the instant of the extreme, s
@@ -108,7 +108,7 @@ def limit_report(arm: RobotArm, motion: Trajectory | PPoly[np.float64]) -> Limit
     """Compare extremes with limits: at the set points of a trajectory, or everywhere on a path."""
     rows, violations = [], []
     for i, joint in enumerate(arm.joints):
-        limits: list[tuple[Quantity, float | None, str, int]] = [
+        limits: list[tuple[LimitedQuantity, float | None, str, int]] = [
             ("position", joint.lower, "", -1),
             ("position", joint.upper, "", 1),
             ("velocity", joint.velocity_limit, "/s", 1),

@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.cutoff import Source, chosen
-from gd_analyze.motions.reading import ROLES, Quantity, Treatment, refusal
+from gd_analyze.motions.reading import ROLES, MotionRole, Treatment, refusal
 from gd_analyze.motions.sampling import FEWEST, Sampling, sampling_of, unwrapped
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
@@ -21,7 +21,7 @@ from gd_analyze.text import significant
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-Role = Literal["time", "unused"] | Quantity
+Role = Literal["time", "unused"] | MotionRole
 
 _DEGREE = 5
 # Knots of the smoothing spline per period of the cut-off frequency.

@@ -12,8 +12,8 @@ from gd_analyze.motions.corrections import Corrections
 from gd_analyze.text import LARGEST, number_in
 from gd_analyze.units import TIME_UNITS
 
-Quantity = Literal["q", "qd", "qdd", "torque"]
-ROLES: tuple[Quantity, ...] = ("q", "qd", "qdd", "torque")
+MotionRole = Literal["q", "qd", "qdd", "torque"]
+ROLES: tuple[MotionRole, ...] = ("q", "qd", "qdd", "torque")
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
 _MOST_COLUMNS = 10_000

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.motions.limits import ROUNDING, Quantity, Violation
+from gd_analyze.motions.limits import ROUNDING, LimitedQuantity, Violation
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -32,7 +32,7 @@ class _Side(NamedTuple):
     """One limit of a box, and states beyond it by more than a rounded digit."""
 
     joint: int  # from 0
-    quantity: Quantity
+    quantity: LimitedQuantity
     unit: str
     limit: float
     values: FloatArray
@@ -45,7 +45,7 @@ def _sides(arm: RobotArm, box: Box, *states: FloatArray) -> Iterator[_Side]:
     for i, joint in enumerate(arm.joints):
         q, qd, qdd = (array[:, i] for array in states)
         # Values, limit, sign of the outside, and the power of time in the joint's unit.
-        limits: tuple[tuple[Quantity, FloatArray, float, int, str], ...] = (
+        limits: tuple[tuple[LimitedQuantity, FloatArray, float, int, str], ...] = (
             ("position", q, float(box.lower[i]), -1, ""),
             ("position", q, float(box.upper[i]), 1, ""),
             ("velocity", np.abs(qd), float(box.velocity[i]), 1, "/s"),
