@@ -30,6 +30,7 @@ import pinocchio as pin
 
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.exact import has_more_terms
 
@@ -125,7 +126,7 @@ class Row:
     refused: str = ""
 
 
-def motion_of(arm: gd.RobotArm) -> gd.Trajectory:
+def motion_of(arm: gd.types.RobotArm) -> gd.Trajectory:
     """Through 70 % of each range, joints in turn up and down, as fast as the slowest can; half a turn where there is no range."""
     lower = np.where(np.isfinite(arm.limits("lower")), arm.limits("lower"), -np.pi / 2)
     upper = np.where(np.isfinite(arm.limits("upper")), arm.limits("upper"), np.pi / 2)
@@ -134,9 +135,9 @@ def motion_of(arm: gd.RobotArm) -> gd.Trajectory:
     start, goal = middle - 0.7 * half * signs, middle + 0.7 * half * signs
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
-        quick = gd.plan(arm, start, goal, schedule=gd.Schedule(2.0, "quintic"), allow_violations=True)
+        quick = plan_motion(arm, start, goal, schedule=Schedule(2.0, "quintic"), allow_violations=True)
     stretch = max(1.0, 1.01 * (quick.limits.least_stretch or 1.0))
-    return gd.plan(arm, start, goal, schedule=gd.Schedule(2.0 * stretch, "quintic")).trajectory
+    return gd.plan(arm, start, goal, 2.0 * stretch, profile="quintic")
 
 
 def reduced(chain: Chain) -> tuple[pin.Model, list[str]]:
@@ -155,7 +156,7 @@ def reduced(chain: Chain) -> tuple[pin.Model, list[str]]:
     return pin.buildReducedModel(model, held, pin.neutral(model)), [model.names[joint] for joint in path]
 
 
-def difference(chain: Chain, arm: gd.RobotArm) -> float:
+def difference(chain: Chain, arm: gd.types.RobotArm) -> float:
     """Largest difference from Pinocchio's torque at random states, over what explains it.
 
     That is round-off, and that angles within 1e-5 rad of a right one are taken as right, lengths below a nanometre as none.
@@ -169,7 +170,7 @@ def difference(chain: Chain, arm: gd.RobotArm) -> float:
     random = np.random.default_rng(1987)
     q, qd, qdd = (random.uniform(-1.0, 1.0, (_STATES, n)) * scale for scale in (np.pi, 2.0, 5.0))
     q[:, [not turns for turns in arm.is_revolute]] *= 0.1
-    ours = gd.decompose_states(arm, gd.States(q, qd, qdd), drives=False)["torque"]
+    ours = gd.tables.decompose_states(arm, gd.types.States(q, qd, qdd), drives=False)["torque"]
     theirs = []
     for state in zip(q, qd, qdd, strict=True):
         position = np.zeros(model.nq)
@@ -183,7 +184,7 @@ def difference(chain: Chain, arm: gd.RobotArm) -> float:
     return float(np.abs(ours - np.array(theirs)).max()) / bound
 
 
-def changed(arm: gd.RobotArm, model: pin.Model, names: Sequence[str]) -> float:
+def changed(arm: gd.types.RobotArm, model: pin.Model, names: Sequence[str]) -> float:
     """Largest change that reading made to a file's numbers: of a rotation, a length in m, an inertia over its largest entry."""
     changes = [0.0]
     for joint, link, name in zip(arm.joints, arm.links, names, strict=True):
@@ -208,7 +209,7 @@ def row_of(chain: Chain) -> Row:
             arm = gd.load_arm(chain.file, tip=chain.tip, base=chain.base)
             away = difference(chain, arm)
             findings = gd.analyze(arm, motion_of(arm), out=folder, level="fast", at_set_points=True)
-            form = gd.ExactDynamics.of(arm, findings.trajectory, drives=False).form
+            form = gd.types.ExactDynamics.of(arm, findings.trajectory, drives=False).form
         except gd.GdAnalyzeError as error:
             return Row(chain, refused=str(error).splitlines()[0])
     ended = resource.getrusage(resource.RUSAGE_SELF)

@@ -72,8 +72,8 @@ def job(folder: Path, count: int, *options: str) -> tuple[float, float, dict[str
 def stored() -> list[str]:
     """Rows on chunks and compression."""
     q, qd, qdd = np.split(motion(np.arange(STORED) / RATE)[:, 1:], 3, axis=1)
-    states = gd.States(q, qd, qdd)
-    arrays = gd.decompose_states(gd.load_arm("puma560"), states, christoffel=False)
+    states = gd.types.States(q, qd, qdd)
+    arrays = gd.tables.decompose_states(gd.load_arm("puma560"), states, christoffel=False)
     rows = []
     for name, options in FILTERS.items():
         for length in CHUNKS:

@@ -37,7 +37,7 @@ class Data:
     """Inertial parameters, and whether the drives' inertia is part of the rotation of D_ii."""
 
     name: str
-    arm: gd.RobotArm
+    arm: gd.types.RobotArm
     drives: bool = False
 
 
@@ -75,14 +75,14 @@ def published() -> list[Data]:
     ]
 
 
-def with_link(arm: gd.RobotArm, k: int, **changes: object) -> gd.RobotArm:
+def with_link(arm: gd.types.RobotArm, k: int, **changes: object) -> gd.types.RobotArm:
     """Change one link, from 0."""
     links = list(arm.links)
     links[k] = dataclasses.replace(links[k], **changes)  # type: ignore[arg-type]  # fields by name
     return dataclasses.replace(arm, links=tuple(links))
 
 
-def with_table(arm: gd.RobotArm, rows: Sequence[DHRow]) -> gd.RobotArm:
+def with_table(arm: gd.types.RobotArm, rows: Sequence[DHRow]) -> gd.types.RobotArm:
     """Give an arm another Denavit-Hartenberg table."""
     placements, frames = zip(*(standard_placements("revolute", row) for row in rows), strict=True)
     joints = [dataclasses.replace(j, placement=p) for j, p in zip(arm.joints, placements, strict=True)]
@@ -112,7 +112,7 @@ def bernstein(degree: int, s: FloatArray) -> FloatArray:
 
 def misses(data: Data, motions: FloatArray, verdicts: dict[str, str]) -> FloatArray:
     """By how much motions miss each verdict, shape (motions, verdicts): shares of the element's peak, 0 if none."""
-    found = gd.decompose_states(data.arm, states_along(motions), christoffel=False)
+    found = gd.tables.decompose_states(data.arm, states_along(motions), christoffel=False)
     out = np.empty((len(motions), len(verdicts)))
     largest = {
         "D": np.abs(found["inertia"]).max(),
@@ -198,7 +198,7 @@ def with_other_parameters(
     return best
 
 
-def sampled(arm: gd.RobotArm, drawn: Drawn, sample: int) -> gd.RobotArm:
+def sampled(arm: gd.types.RobotArm, drawn: Drawn, sample: int) -> gd.types.RobotArm:
     """The arm with the parameters of a sample."""
     links = []
     for link, points, matter in zip(arm.links, drawn.points[sample], drawn.matter[sample], strict=True):
@@ -224,7 +224,7 @@ def reason(label: str, verdict: str, missed: float) -> str:
 
 def report() -> str:
     """Write the study as Markdown."""
-    text = gd.text_verdicts("puma560")
+    text = gd.tables.text_verdicts("puma560")
     assert text is not None  # the shipped reference names this arm
     verdicts, rng = text.verdicts, np.random.default_rng(0)
     labels = list(verdicts)
@@ -313,7 +313,7 @@ def motion_lines(best: Best) -> list[str]:
     return lines
 
 
-def link_lines(arm: gd.RobotArm) -> list[str]:
+def link_lines(arm: gd.types.RobotArm) -> list[str]:
     """Inertial parameters of an arm, as a table."""
     lines = ["| link | mass, kg | centre of mass, m | Ixx, Iyy, Izz, kg m^2 |", "|---|---|---|---|"]
     for link in arm.links:

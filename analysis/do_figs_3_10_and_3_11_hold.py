@@ -33,12 +33,12 @@ class Finding:
     without_rotation: float
 
 
-def links_alone(arm: gd.RobotArm, name: str) -> xr.Dataset:
+def links_alone(arm: gd.types.RobotArm, name: str) -> xr.Dataset:
     """Decompose a trajectory as the text does, without drives."""
     return gd.decompose(arm, gd.read_trajectory(name, arm), drives=False)
 
 
-def findings(arm: gd.RobotArm, threshold: float = 0.10) -> dict[str, list[Finding]]:
+def findings(arm: gd.types.RobotArm, threshold: float = 0.10) -> dict[str, list[Finding]]:
     """Verdicts of every element of D and h on every trajectory."""
     found: dict[str, list[Finding]] = {}
     for name in TRAJECTORIES:
@@ -110,7 +110,7 @@ def close_calls(found: Mapping[str, Sequence[Finding]], verdicts: Mapping[str, s
     )
 
 
-def variants(arm: gd.RobotArm) -> dict[str, gd.RobotArm]:
+def variants(arm: gd.types.RobotArm) -> dict[str, gd.types.RobotArm]:
     """Hands that are not bodies of revolution about their own axis, one property at a time."""
     hand = arm.links[-1]
     changed = {
@@ -129,7 +129,7 @@ def variants(arm: gd.RobotArm) -> dict[str, gd.RobotArm]:
 def report() -> str:
     """Write the study as Markdown."""
     arm = gd.load_arm("puma560")
-    text = gd.text_verdicts("puma560")
+    text = gd.tables.text_verdicts("puma560")
     assert text is not None  # the shipped reference names this arm
     found = {label: rows for label, rows in findings(arm).items() if label in text.verdicts}
     agreed = {
@@ -211,7 +211,7 @@ def report() -> str:
     return "\n".join(lines)
 
 
-def _peaks(arm: gd.RobotArm, labels: Sequence[str]) -> dict[tuple[str, int], float]:
+def _peaks(arm: gd.types.RobotArm, labels: Sequence[str]) -> dict[tuple[str, int], float]:
     """Largest magnitude of each part over all trajectories, round-off included."""
     peaks = {(label, effect): 0.0 for label in labels for effect in (0, 1)}
     for name in TRAJECTORIES:

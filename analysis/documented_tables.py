@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 import gd_analyze as gd
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.files import write_text
 from gd_analyze.motions.states import States, states_in_box
@@ -61,16 +62,16 @@ def puma_models() -> Iterator[Row]:
         "seconds",
     )
     arm = gd.load_arm("puma560")
-    box = gd.Box.of(arm)
+    box = gd.types.Box.of(arm)
     for drives in (True, False):
-        exact = gd.ExactDynamics.of(arm, states_in_box(arm, 4000), drives)
+        exact = gd.types.ExactDynamics.of(arm, states_in_box(arm, 4000), drives)
         other = exact.at(states_in_box(arm, 4000, seed=1))
         for how in ("term", "term --refit", "term --certified", "energy", "energy --refit"):
             level, *option = how.split(" --")
 
             def made(level: Level = LEVELS[level], option: list[str] = option, exact: Any = exact) -> Any:
                 if option == ["certified"]:
-                    return gd.simplify_certified(exact, "1%", box, level=level)[0]
+                    return simplify_held(exact, "1%", box, SearchOptions(level), certified=True)[0]
                 options = SearchOptions(level, refit=option == ["refit"])
                 return simplify_exact(exact, "1%", options)
 
@@ -99,14 +100,14 @@ def held_models() -> Iterator[Row]:
     cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy", "fast")]
     cases += [(arm, box, "fast") for arm in (arm_of("KR6"),)]
     for arm, where, level in cases:
-        region: gd.Box | gd.Tube
+        region: gd.types.Box | gd.types.Tube
         if where == box:
-            exact, region = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
+            exact, region = gd.types.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.types.Box.of(arm)
         else:
-            exact = gd.ExactDynamics.of(arm, where)
-            region = gd.Tube.along(arm, gd.read_trajectory(where, arm))
+            exact = gd.types.ExactDynamics.of(arm, where)
+            region = gd.types.Tube.along(arm, gd.read_trajectory(where, arm))
         how = SearchOptions(LEVELS[level])
-        held, seconds = timed(partial(gd.simplify_held, exact, "1%", region, how))
+        held, seconds = timed(partial(simplify_held, exact, "1%", region, how))
         rng, model = np.random.default_rng(20_261_124), held.model
         lower, upper, _ = region.pieces(100_000, rng)
         others = States(*rng.uniform(lower, upper))
@@ -130,8 +131,8 @@ def box_models() -> Iterator[Row]:
     puma = gd.load_arm("puma560")
     cases = [(puma, "term"), (puma, "energy"), (gd.load_arm("stanford"), "term"), (arm_of("SCARA"), "term")]
     for arm, level in cases:
-        exact, box = gd.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.Box.of(arm)
-        held, seconds = timed(partial(gd.simplify_held, exact, "1%", box, SearchOptions(LEVELS[level])))
+        exact, box = gd.types.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.types.Box.of(arm)
+        held, seconds = timed(partial(simplify_held, exact, "1%", box, SearchOptions(LEVELS[level])))
         model, others = held.model, exact.at(states_in_box(arm, 100_000, 20_261_124))
         torque, allowed = model.torque(*others.states.arrays), model.accuracy.allowed
         apart, torques = (f"{of(model)} of {of(model.form)}" for of in (_of_functions, _of_torque))
@@ -164,11 +165,11 @@ def tubes() -> Iterator[Row]:
     arm = gd.load_arm("puma560")
     for name in MOTIONS:
         motion = gd.read_trajectory(name, arm)
-        exact, tube = gd.ExactDynamics.of(arm, motion), gd.Tube.along(arm, motion)
+        exact, tube = gd.types.ExactDynamics.of(arm, motion), gd.types.Tube.along(arm, motion)
         term = LEVELS["term"]
         model = simplify_exact(exact, "1%", SearchOptions(term))
         proof = gd.certify(model, tube)
-        held, _ = gd.simplify_certified(exact, "1%", tube, level=term)
+        held, _ = simplify_held(exact, "1%", tube, SearchOptions(term), certified=True)[:2]
         peak = model.accuracy.errors.peak_torque
         yield (
             name,

@@ -53,7 +53,7 @@ def trials(name: str, arm: RobotArm, runs: int) -> list[str]:
     plans = [gd.exciting_motion(arm, SECONDS, int(SECONDS * RATE) + 1, seed=seed) for seed in range(MOTIONS)]
     for run in range(runs):
         true, motion = TrueArm.near(arm, run), plans[run % MOTIONS].trajectory
-        instants, states = motion.time, gd.states_of(motion)
+        instants, states = motion.time, gd.tables.states_of(motion)
         log = true.log(instants, states, NOISE, run)
         start = time.process_time()
         found = gd.identify(arm, log)
@@ -66,7 +66,7 @@ def trials(name: str, arm: RobotArm, runs: int) -> list[str]:
         known.append(identifiable.sum())
         _, other = fourier(arm, SECONDS, FRESH_RATE, 10_000 + run)
         coulomb, viscous, offset = found.friction.T
-        ours = gd.ExactDynamics.of(found.arm, other, drives=True).torque
+        ours = gd.types.ExactDynamics.of(found.arm, other, drives=True).torque
         ours = ours + coulomb * np.sign(other.qd) + viscous * other.qd + offset
         noise = NOISE[1] * np.sqrt((true.torque(states) ** 2).mean(axis=0))
         error = np.sqrt(((ours - true.torque(other)) ** 2).mean(axis=0))

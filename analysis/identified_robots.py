@@ -47,7 +47,7 @@ def joints(values: FloatArray) -> list[str]:
     return [number(float(value)) for value in values]
 
 
-def published(found: Identification, arm: gd.RobotArm, motion: gd.Trajectory) -> FloatArray:
+def published(found: Identification, arm: gd.types.RobotArm, motion: gd.Trajectory) -> FloatArray:
     """RMS that the file with the published friction, and drives, leaves of the rows held out."""
     unknowns = Unknowns(arm.n_joints)
     fastest = np.abs(motion.qd).max(axis=0)
@@ -60,7 +60,7 @@ def published(found: Identification, arm: gd.RobotArm, motion: gd.Trajectory) ->
 def held_out(folder: Path) -> Iterator[Row]:
     """Two exciting motions of a UR10e, each predicted from the other."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
     names = ("ur-20_02_19_14harm50sec", "ur-20_02_12-40sec_12harm")
     logs = [gd.read_trajectory(folder / f"{name}.csv", arm, reading) for name in names]
     yield ("fitted on", "predicted", "RMS, N m, at joint", *range(1, 7))
@@ -82,7 +82,7 @@ def held_out(folder: Path) -> Iterator[Row]:
 def at_rest(folder: Path) -> Iterator[Row]:
     """Two recordings in which the arm stands still: gravity alone, within what friction may hold."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
     fitted = gd.read_trajectory(folder / "ur-20_02_19_14harm50sec.csv", arm, reading)
     found = gd.identify(arm, fitted)
     yield ("recording", "N m, at joint", *range(1, 7))
@@ -93,14 +93,18 @@ def at_rest(folder: Path) -> Iterator[Row]:
         still = States(q[None], np.zeros((1, 6)), np.zeros((1, 6)))
         yield (name, "measured", *joints(torque))
         for label, of in (("left by the file", arm), ("left by the identified arm", found.arm)):
-            yield (name, label, *joints(torque - gd.ExactDynamics.of(of, still, drives=False).torque[0]))
+            yield (
+                name,
+                label,
+                *joints(torque - gd.types.ExactDynamics.of(of, still, drives=False).torque[0]),
+            )
         yield (name, "Coulomb friction identified", *joints(found.friction[:, 0]))
 
 
 def payload(folder: Path) -> Iterator[Row]:
     """The unknown load of the same motion."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
     bare, loaded = (
         gd.read_trajectory(folder / f"ur-20_02_19_14harm50sec{load}.csv", arm, reading)
         for load in ("", "Load")

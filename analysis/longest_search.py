@@ -20,7 +20,7 @@ from exported_c import arm_named
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
-from gd_analyze.motions.planning import Schedule
+from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
@@ -39,17 +39,17 @@ SWING, TURN = 0.3, 2.0 * np.pi
 SHORT, LONG = SearchOptions(thorough=False), SearchOptions(effort=10.0)
 
 
-def swing(arm: gd.RobotArm) -> gd.Trajectory:
+def swing(arm: gd.types.RobotArm) -> gd.Trajectory:
     """Plan a motion about the middle of every joint's range."""
     limits = box_limits(arm)
     middle, half = (limits.upper + limits.lower) / 2.0, SWING * np.minimum(limits.upper - limits.lower, TURN)
     ends, name = (middle - half, middle + half), "swing"
-    first = gd.plan(arm, *ends, schedule=Schedule(10.0, "quintic"), allow_violations=True, name=name)
+    first = plan_motion(arm, *ends, schedule=Schedule(10.0, "quintic"), allow_violations=True)
     seconds = float(first.shortest_duration or 10.0)
-    return gd.plan(arm, *ends, schedule=Schedule(1.01 * seconds, "quintic"), name=name).trajectory
+    return gd.plan(arm, *ends, 1.01 * seconds, profile="quintic", name=name)
 
 
-def found(arm: gd.RobotArm, motion: gd.Trajectory, how: SearchOptions) -> tuple[Held, float]:
+def found(arm: gd.types.RobotArm, motion: gd.Trajectory, how: SearchOptions) -> tuple[Held, float]:
     """Search for a model that holds near a motion, and how long that takes, s of a processor."""
     start = time.process_time()
     held = simplify_held(ExactDynamics.of(arm, motion), "1%", Tube.along(arm, motion), how)

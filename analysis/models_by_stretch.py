@@ -27,15 +27,17 @@ POINTS, SHARE = 301, 0.01
 WORTH = 0.25
 
 
-def fine(motion: gd.Trajectory) -> gd.States:
+def fine(motion: gd.Trajectory) -> gd.types.States:
     """The motion at 301 points: between set points the polynomial of degree five that joins them smoothly."""
     curve = BPoly.from_derivatives(motion.time, np.stack([motion.q, motion.qd, motion.qdd], axis=1))
     time = np.linspace(motion.time[0], motion.time[-1], POINTS)
     q, qd, qdd = (curve(time, order) for order in range(3))
-    return gd.States(q, qd, qdd)
+    return gd.types.States(q, qd, qdd)
 
 
-def models(arm: gd.RobotArm, states: gd.States, cuts: FloatArray, budget: str) -> Iterator[SimplifiedModel]:
+def models(
+    arm: gd.types.RobotArm, states: gd.types.States, cuts: FloatArray, budget: str
+) -> Iterator[SimplifiedModel]:
     """One model for each stretch; neighbours share the point between them."""
     for begin, end in pairwise(cuts):
         yield gd.simplify(arm, states.at(slice(begin, end + 1)), budget)
@@ -47,7 +49,7 @@ def report() -> str:
     lines, savings = [], []
     for name in MOTIONS:
         states = fine(gd.read_trajectory(name, arm))
-        peak = np.abs(gd.decompose_states(arm, states)["torque"]).max(axis=0)
+        peak = np.abs(gd.tables.decompose_states(arm, states)["torque"]).max(axis=0)
         budget = ", ".join(f"{SHARE * value:.9g} N m" for value in peak)
         whole = None
         for count in STRETCHES:

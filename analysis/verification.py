@@ -49,8 +49,10 @@ def measure() -> Iterator[Measurement]:
     yield from _two_link_closed_forms()
 
 
-def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> Iterator[Measurement]:
-    ours = gd.decompose_states(arm, gd.States(q, qd, qdd), drives=False)
+def _identities(
+    arm: gd.types.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
+) -> Iterator[Measurement]:
+    ours = gd.tables.decompose_states(arm, gd.types.States(q, qd, qdd), drives=False)
     theirs = pinocchio_dynamics(arm, q, qd, qdd)
     bounds = round_off_bounds(arm, q, qd, qdd)
     units = {"inertia": "kg m^2"}
@@ -140,7 +142,7 @@ def _identities(arm: gd.RobotArm, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
         )
 
 
-def _gradient(arm: gd.RobotArm, q: np.ndarray) -> np.ndarray:
+def _gradient(arm: gd.types.RobotArm, q: np.ndarray) -> np.ndarray:
     """Slopes of D by q_k, by effect, shape (k, effect, N, n, n)."""
     slopes = []
     for k in range(arm.n_joints):
@@ -150,7 +152,9 @@ def _gradient(arm: gd.RobotArm, q: np.ndarray) -> np.ndarray:
             moved[:, k] += sign * STEP
             still = np.zeros_like(moved)
             ends.append(
-                gd.decompose_states(arm, gd.States(moved, still, still), christoffel=False)["inertia"]
+                gd.tables.decompose_states(arm, gd.types.States(moved, still, still), christoffel=False)[
+                    "inertia"
+                ]
             )
         slopes.append(np.moveaxis((ends[0] - ends[1]) / (2.0 * STEP), 1, 0))
     return np.array(slopes)
@@ -176,7 +180,7 @@ def _two_link_closed_forms() -> Iterator[Measurement]:
     (m1, m2), length, g = arm.mass, arm.dh_table[0].a, float(np.linalg.norm(arm.gravity))
     random = np.random.default_rng(1987)
     q, qd, qdd = random.uniform(-3.0, 3.0, (3, N_STATES, 2))
-    ours = gd.decompose_states(arm, gd.States(q, qd, qdd), drives=False)
+    ours = gd.tables.decompose_states(arm, gd.types.States(q, qd, qdd), drives=False)
     c1, c2, s2, c12 = np.cos(q[:, 0]), np.cos(q[:, 1]), np.sin(q[:, 1]), np.cos(q.sum(axis=1))
     d22 = np.full_like(c2, m2 * length**2 / 3)
     d12 = d22 + m2 * length**2 * c2 / 2

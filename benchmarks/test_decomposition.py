@@ -67,7 +67,9 @@ def test_decomposition_against_loops_over_pinocchio(benchmark, states, tmp_path:
         made.elements(handle, ctypes.c_long(N_OURS), *pointers)
 
     def ours() -> dict[str, np.ndarray]:
-        return gd.decompose_states(arm, gd.States(q, qd, qdd), christoffel=False, shares=False, drives=False)
+        return gd.tables.decompose_states(
+            arm, gd.types.States(q, qd, qdd), christoffel=False, shares=False, drives=False
+        )
 
     found = ours()
     if compiled:
@@ -101,11 +103,11 @@ def test_probabilities_of_verdicts_against_a_loop_of_decompositions(benchmark) -
     uncertainty, samples, looped = "mass=5%,com=2mm,inertia=10%", 10_000, 100
 
     def ours() -> object:
-        return gd.robustness(arm, motion, uncertainty, samples=samples)
+        return gd.tables.robustness(arm, motion, uncertainty, samples=samples)
 
     def loop() -> None:
         for _ in range(looped):
-            gd.decompose_states(arm, gd.states_of(motion), christoffel=False, drives=False)
+            gd.tables.decompose_states(arm, gd.tables.states_of(motion), christoffel=False, drives=False)
 
     ours()
     pairs = [(seconds(loop) / looped, seconds(ours) / samples) for _ in range(ROUNDS)]

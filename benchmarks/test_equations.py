@@ -64,12 +64,12 @@ def n_terms(harmonics: Harmonics) -> int:
 
 def test_built_in_arms(benchmark) -> None:
     puma = gd.load_arm("puma560")
-    benchmark.pedantic(lambda: gd.harmonics_of(puma), rounds=ROUNDS, warmup_rounds=1)
+    benchmark.pedantic(lambda: gd.tables.harmonics_of(puma), rounds=ROUNDS, warmup_rounds=1)
     for name in gd.builtin_arms():
         arm = gd.load_arm(name)
-        identified = gd.harmonics_of(arm)
+        identified = gd.tables.harmonics_of(arm)
         took, written = (
-            seconds(lambda a=arm: gd.harmonics_of(a)),
+            seconds(lambda a=arm: gd.tables.harmonics_of(a)),
             seconds(lambda h=identified: gd.equations(h)),
         )
         benchmark.extra_info[name] = took
@@ -84,17 +84,17 @@ def test_growth_with_the_number_of_joints(benchmark) -> None:
     print("\nchain of n revolute joints, no parallel axes:")
     before = None
     for n, arm in arms.items():
-        took = seconds(lambda a=arm: gd.harmonics_of(a), rounds=1 if n == 8 else 3)
+        took = seconds(lambda a=arm: gd.tables.harmonics_of(a), rounds=1 if n == 8 else 3)
         benchmark.extra_info[f"n={n}"] = took
         times = f", {took / before:.1f} times" if before else ""
-        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.harmonics_of(arm))} terms of D{times}")
+        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.tables.harmonics_of(arm))} terms of D{times}")
         before = took
     print("rods in a plane (one run of n parallel axes):")
     for n in range(2, 9):
         arm = rods(n)
-        took = seconds(lambda a=arm: gd.harmonics_of(a), rounds=1)
-        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.harmonics_of(arm))} terms of D")
-    benchmark.pedantic(lambda: gd.harmonics_of(arms[7]), rounds=3)
+        took = seconds(lambda a=arm: gd.tables.harmonics_of(a), rounds=1)
+        print(f"  n = {n}: {took:.4f} s, {n_terms(gd.tables.harmonics_of(arm))} terms of D")
+    benchmark.pedantic(lambda: gd.tables.harmonics_of(arms[7]), rounds=3)
 
 
 def test_one_element_against_the_whole(benchmark) -> None:
@@ -158,7 +158,7 @@ def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
         return lagranges_method(n)
 
     def ours() -> tuple[object, ...]:
-        harmonics = gd.harmonics_of(arm)
+        harmonics = gd.tables.harmonics_of(arm)
         return gd.equations(harmonics, ("D", "h", "c"))
 
     mass, forcing = theirs()
@@ -177,7 +177,7 @@ def test_against_sympys_lagrangian_mechanics(benchmark, n: int) -> None:
     at, velocity = np.linspace(0.3, 0.9, n), np.linspace(-1.0, 1.5, n)
     q, qd = dynamicsymbols(f"q1:{n + 1}"), dynamicsymbols(f"q1:{n + 1}", 1)
     values = {**dict(zip(qd, velocity, strict=True)), **dict(zip(q, at, strict=True))}
-    found = gd.decompose_states(arm, gd.States(at, velocity, 0 * at))
+    found = gd.tables.decompose_states(arm, gd.types.States(at, velocity, 0 * at))
     there = np.array(sympy.Matrix(mass).subs(values).evalf(), dtype=float)
     rest = -np.array(sympy.Matrix(forcing).subs(values).evalf(), dtype=float).ravel()
     np.testing.assert_allclose(found["inertia"].sum(axis=0), there, rtol=0, atol=1e-12 * there.max())

@@ -31,7 +31,7 @@ def test_against_a_loop_over_pinocchios_regressors(benchmark) -> None:
             rows.append(np.hstack([links, *map(np.diag, (qdd, np.sign(qd), qd)), np.eye(n)]))
         return np.linalg.lstsq(np.vstack(rows), log.recording.torque.ravel(), rcond=None)[0]
 
-    def ours() -> gd.Identification:
+    def ours() -> gd.types.Identification:
         return gd.identify(puma, log)
 
     ours()

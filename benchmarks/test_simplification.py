@@ -28,11 +28,11 @@ def seconds(run, rounds: int = 5) -> float:
 def test_simplify_at_the_default_budget(benchmark, level) -> None:
     """The PUMA with drives over 4000 states: asked for are under 5 s."""
     arm = gd.load_arm("puma560")
-    states = gd.states_in_box(arm, STATES)
+    states = gd.tables.states_in_box(arm, STATES)
     model = benchmark.pedantic(
         lambda: gd.simplify(arm, states, level=level, drives=True), rounds=3, iterations=1
     )
-    identified = seconds(lambda: gd.harmonics_of(arm))
+    identified = seconds(lambda: gd.tables.harmonics_of(arm))
     made = benchmark.stats.stats.min
     benchmark.extra_info["operations"] = model.operations.total
     benchmark.extra_info["times_the_identification"] = made / identified
@@ -41,7 +41,7 @@ def test_simplify_at_the_default_budget(benchmark, level) -> None:
 
 def test_torque_of_a_simplified_model_against_a_loop_over_rnea(benchmark) -> None:
     arm = gd.load_arm("puma560")
-    states = gd.states_in_box(arm, STATES)
+    states = gd.tables.states_in_box(arm, STATES)
     model = gd.simplify(arm, states, level="energy", drives=False)
     peer = pinocchio_model(arm)
     data = peer.createData()

@@ -12,7 +12,6 @@ import pytest
 import xarray as xr
 from hypothesis import settings
 
-from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import states_in_box
@@ -24,6 +23,7 @@ from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.simplifying import simplify
 from recordings import CUTOFF, recorded
 from strategies import PROFILE
 

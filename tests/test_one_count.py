@@ -10,7 +10,7 @@ import pytest
 import gd_analyze as gd
 from changed_programs import skip_searches
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.holding import simplify_certified
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
 from gd_analyze.simplification.harmonic import TERM
@@ -23,7 +23,7 @@ from gd_analyze.studies.main_job import Settings, find
 
 @pytest.fixture(scope="module")
 def findings(two_link, swing):
-    return find(two_link, swing, Settings(budget=gd.Budget.parse("5%")))
+    return find(two_link, swing, Settings(budget=gd.types.Budget.parse("5%")))
 
 
 def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatch):
@@ -32,7 +32,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatc
     full = ExactForm(two_link).operations
     exact = ExactDynamics.of(two_link, swing)
     models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]
-    certified, _ = simplify_certified(exact, gd.Budget.parse("5%"), Box.of(two_link))
+    certified, _ = simplify_held(exact, gd.types.Budget.parse("5%"), Box.of(two_link), certified=True)[:2]
     told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
     assert set(told) == {full}
     assert comparison(two_link).document()["operations_full"] == asdict(full)
@@ -44,13 +44,13 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatc
 def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, level):
     """Found by a quick search or a long one: the same terms take the same operations."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
-    model = simplify_exact(exact, gd.Budget.parse("2%"), SearchOptions(level, thorough=False))
+    model = simplify_exact(exact, gd.types.Budget.parse("2%"), SearchOptions(level, thorough=False))
     assert model.program.count == model.level.write(exact.form, model.terms, THOROUGH).count
     # Every step of the search is counted so, and the fewest is that of the model.
     assert min(step.operations for step in model.accuracy.steps) == model.operations_minimized.total
 
 
-SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse("3%"))
+SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.types.Budget.parse("3%"))
 
 
 @pytest.mark.parametrize(
@@ -63,7 +63,7 @@ SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.Budget.parse(
     ],
 )
 def test_the_budget_path_leads_through_the_model(arm, motion, settings):
-    found = gd.find(gd.load_arm(arm), motion, settings)
+    found = find(gd.load_arm(arm), motion, settings)
     assert settings.operations is None or found.model.operations.total <= settings.operations
     model = found.model
     budgets = found.tables["budgets"]

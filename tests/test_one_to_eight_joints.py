@@ -16,6 +16,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
+from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
 from parallel_axes import arm_of, scara
 from recordings import swinging
@@ -37,7 +38,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     motion = swinging(arm, 25)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
-        findings = gd.find(arm, motion)
+        findings = find(arm, motion)
         write_findings(findings, folder, tuple(RESULT_FILES))
         stored = gd.load_findings(folder / RESULT_FILES["h5"])
         model = load_model(folder / RESULT_FILES["json"])

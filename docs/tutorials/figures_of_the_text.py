@@ -45,8 +45,8 @@ vector[0].figure.savefig("coriolis_centrifugal.png", dpi=150)
 # %%
 (at_a_glance,) = findings.plot.dominance()
 at_a_glance.figure.savefig("dominance.png", dpi=150)
-over_time = gd.dominance_over_time(parts)
-d25 = gd.verdicts(over_time).sel(element="D25")
+over_time = gd.tables.dominance_over_time(parts)
+d25 = gd.tables.verdicts(over_time).sel(element="D25")
 print(
     "D25:",
     ", ".join(f"{verdict} at {int((d25 == verdict).sum())} set points" for verdict in ("both", "rotation")),
@@ -60,7 +60,7 @@ print(
 
 # %%
 ranking = gd.rank(parts)
-text = gd.text_verdicts("puma560")
+text = gd.tables.text_verdicts("puma560")
 agree = [label for label, verdict in text.verdicts.items() if ranking.dominant.sel(element=label) == verdict]
 print(f"the text's verdict holds for {len(agree)} of {len(text.verdicts)} elements:")
 print(", ".join(agree))

@@ -22,7 +22,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics.simulation import simulate
 
 arm = gd.load_arm("my_robot.urdf", limits=("all=15",))
-model = gd.simplify(arm, gd.states_in_box(arm), "1%")
+model = gd.simplify(arm, gd.tables.states_in_box(arm), "1%")
 print(model)
 
 # %% [markdown]

@@ -1,5 +1,7 @@
 """Split a robot arm's dynamics by effect, rank the parts, drop what the torque budget allows.
 
+The jobs are functions of the package; `types` has the classes of values, `tables` the steps between the jobs.
+
 >>> import gd_analyze as gd
 >>> arm = gd.load_arm("puma560")
 >>> trajectory = gd.read_trajectory("pick-and-place", arm)
@@ -11,27 +13,36 @@
 from __future__ import annotations
 
 import importlib
-import re
-from pathlib import Path
+
+import lazy_loader
 
 __version__ = "0.2.0"
 
-# The stub lists what is public, with the module of each name.
-_HOMES = {
-    name: home
-    for home, name in re.findall(
-        r"^from (\S+) import (\w+)", Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"), re.M
-    )
-}
+# The stub lists what is public, with the module of each name, which is imported when the name is first used:
+# no command loads what it does not need.
+_public, _, _names = lazy_loader.attach_stub(__name__, __file__)
+__all__ = ["__version__", *_names]
 
-__all__ = ["__version__", *_HOMES]
+# Names of earlier versions, and what does their work.
+_REPLACED = {
+    "find": "analyze",
+    "simplify_certified": "simplify(..., certified=True)",
+    "simplify_held": "simplify",
+    "Schedule": "plan",
+}
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name when it is first used, so that no command loads what it does not need."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    """Import a public name; of any other, say where it is."""
+    if name in __all__:
+        return _public(name)
+    message = f"{__name__} has no {name}"
+    if name in _REPLACED:
+        raise AttributeError(f"{message}; gd.{_REPLACED[name]} does its work")
+    for home in ("types", "tables"):
+        if not name.startswith("_") and name in importlib.import_module(f"{__name__}.{home}").__all__:
+            raise AttributeError(f"{message}; it is gd.{home}.{name}")
+    raise AttributeError(message)
 
 
 def __dir__() -> list[str]:

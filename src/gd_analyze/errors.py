@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gd_analyze.text import shortened, visible
+from gd_analyze.text import in_python, shortened, visible
 
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
 _LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
@@ -82,6 +82,13 @@ def _line(label: str, value: Location | str | Sequence[str]) -> str:
 
 class UsageError(GdAnalyzeError):
     """An argument of a call or of the command line is wrong."""
+
+
+def require_type(value: object, kinds: type | tuple[type, ...], where: str, expected: str) -> None:
+    """Raise a UsageError unless an argument is of one of these types, saying what is expected."""
+    if not isinstance(value, kinds):
+        message = f"{where} is of a wrong type"
+        raise UsageError(message, where=where, expected=expected, found=in_python(value))
 
 
 class ArmError(GdAnalyzeError):

@@ -21,7 +21,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, StorageError, UsageError
+from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, StorageError, UsageError, require_type
 
 RESULT_FILES = {
     "h5": "analysis.h5",
@@ -55,7 +55,7 @@ _ASKED = len("gd-run:") + 8
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path, put in the place of `path` when the block ends well."""
-    with replacing_together([Path(path)]) as (temporary,):
+    with replacing_together([path_of(path)]) as (temporary,):
         yield temporary
 
 
@@ -168,6 +168,12 @@ def _opened(path: Path) -> BinaryIO:
 def megabytes(size: int) -> str:
     """Write a size in megabytes."""
     return f"{size / 1e6:g} MB"
+
+
+def path_of(path: str | Path) -> Path:
+    """Take a path; a UsageError for anything else."""
+    require_type(path, (str, os.PathLike), "path", "the path of a file")
+    return Path(path)
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import Array
-from gd_analyze.errors import StoreError
-from gd_analyze.text import LEVEL_NAMES
+from gd_analyze.errors import StoreError, UsageError
+from gd_analyze.text import LEVEL_NAMES, in_python
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -160,9 +160,23 @@ def table(
     dims = {dim for name in values for dim in declared[name].dims}
     joints = np.arange(1, len(revolute) + 1)
     coordinates = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
+    # Registers the accessor `gd` of datasets.
+    import gd_analyze.results.accessor  # noqa: F401
+
     dataset = xr.Dataset(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
     validate(dataset, group, revolute)
     return dataset
+
+
+def require_table(
+    value: object, group: str, maker: str, where: str = "dataset", next_step: str | None = None
+) -> None:
+    """Raise a UsageError unless a value is the table of a group, as the function `maker` returns it."""
+    names = getattr(value, "data_vars", None)
+    if names is None or not set(GROUPS[group]) - OPTIONAL.get(group, set()) <= {*map(str, names)}:
+        content = in_python(value) if names is None else f"a dataset of {', '.join(map(str, names))}"
+        message, expected = f"this is not what `{maker}` returns", f"the dataset of `{maker}`"
+        raise UsageError(message, where=where, expected=expected, found=content, next_step=next_step)
 
 
 def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:

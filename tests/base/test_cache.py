@@ -122,7 +122,7 @@ def test_other_code_finds_nothing_of_this(tmp_path):
     shutil.copytree(Path(gd.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     words = (
         "import sys, gd_analyze as gd; arm = gd.load_arm(sys.argv[1]);"
-        "gd.simplify(arm, gd.states_in_box(arm, 9))"
+        "gd.simplify(arm, gd.tables.states_in_box(arm, 9))"
     )
     arm = str(gd.builtin_arms()["two_link"])
     environment = os.environ | {"PYTHONPATH": str(tmp_path), VARIABLE: str(place)}

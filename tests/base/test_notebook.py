@@ -12,6 +12,7 @@ import gd_analyze as gd
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
+from gd_analyze.studies.main_job import find
 
 ROBOT, MOTION = "two_link", "two-link-swing"
 
@@ -29,15 +30,15 @@ def test_names_and_paths_will_do_wherever_an_arm_or_a_motion_is_asked_for(two_li
     np.testing.assert_array_equal(gd.evaluate(model, motion).errors.largest, expected)
     np.testing.assert_array_equal(gd.decompose(arm, motion).torque, gd.decompose(two_link, swing).torque)
     assert gd.equations(arm) == gd.equations(two_link)
-    assert gd.harmonics_of(arm).inertia.keys() == gd.harmonics_of(two_link).inertia.keys()
-    np.testing.assert_array_equal(gd.states_in_box(arm, 3).q, gd.states_in_box(two_link, 3).q)
+    assert gd.tables.harmonics_of(arm).inertia.keys() == gd.tables.harmonics_of(two_link).inertia.keys()
+    np.testing.assert_array_equal(gd.tables.states_in_box(arm, 3).q, gd.tables.states_in_box(two_link, 3).q)
 
 
 def test_the_main_job_by_names_and_options_into_a_folder(two_link, swing, tmp_path):
     folder = tmp_path / "results"
     found = gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%", margin="5deg")
-    settings = gd.Settings(budget=gd.Budget.parse("5%"), margin=gd.Margin.parse("5deg"))
-    assert found.provenance["run"] == gd.find(two_link, swing, settings).provenance["run"]
+    settings = gd.types.Settings(budget=gd.types.Budget.parse("5%"), margin=gd.types.Margin.parse("5deg"))
+    assert found.provenance["run"] == find(two_link, swing, settings).provenance["run"]
     assert sorted(path.name for path in folder.iterdir()) == ["dominance.csv", "model.json"]
     assert gd.load_model(folder / "model.json").torques == found.model.torques
     with pytest.raises(OutputError, match="another run"):
@@ -51,8 +52,12 @@ def test_what_is_no_arm_no_motion_and_no_option():
         (ArmError, "there is no arm 'puma'", lambda: gd.analyze("puma", MOTION)),
         (TrajectoryError, "there is no trajectory", lambda: gd.analyze(ROBOT, "swing")),
         (UsageError, "did you mean 'budget'", lambda: gd.analyze(ROBOT, MOTION, bugdet="1%")),
-        (UsageError, "given twice", lambda: gd.analyze(ROBOT, MOTION, None, gd.Settings(), budget="1%")),
-        (UsageError, "this is not a budget", lambda: gd.Settings(budget=0.01)),
+        (
+            UsageError,
+            "given twice",
+            lambda: gd.analyze(ROBOT, MOTION, None, gd.types.Settings(), budget="1%"),
+        ),
+        (UsageError, "this is not a budget", lambda: gd.types.Settings(budget=0.01)),
     ):
         with pytest.raises(error, match=told):
             call()
@@ -60,19 +65,20 @@ def test_what_is_no_arm_no_motion_and_no_option():
 
 @pytest.fixture(scope="module")
 def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
-    exact, model = gd.ExactDynamics.of(puma, pick_and_place), puma_findings.model
+    exact, model = gd.types.ExactDynamics.of(puma, pick_and_place), puma_findings.model
     return {
         "arm": puma,
         "trajectory": pick_and_place,
         "findings": puma_findings,
         "model": model,
         "evaluation": gd.evaluate(model, pick_and_place, fail_over="1%"),
-        "ranking": gd.rank_terms(exact),
-        "certificate": gd.certify(model, gd.Box.around(*exact.states.arrays), effort=500),
+        "ranking": gd.tables.rank_terms(exact),
+        "certificate": gd.certify(model, gd.types.Box.around(*exact.states.arrays), effort=500),
         "exact dynamics": exact,
         "states": exact.states,
-        "harmonics": gd.harmonics_of(puma),
+        "harmonics": gd.tables.harmonics_of(puma),
         "program": model.program,
+        "control": gd.control(model, pick_and_place),
     }
 
 
@@ -92,7 +98,7 @@ def test_names_of_others_are_escaped(two_link, swing):
     joints = (dataclasses.replace(two_link.joints[0], name=script), two_link.joints[1])
     arm = dataclasses.replace(two_link, name=script, title=f"{script} & co", joints=joints)
     motion = dataclasses.replace(swing, name=script)
-    findings = gd.find(arm, motion)
+    findings = find(arm, motion)
     for value in (arm, motion, findings, findings.model, gd.evaluate(findings.model, motion)):
         page = ElementTree.fromstring(f"<p>{value._repr_html_()}</p>")
         assert script in "".join(page.itertext())

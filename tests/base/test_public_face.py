@@ -17,11 +17,21 @@ import gd_analyze as gd
 
 def test_every_public_name_is_there_and_documented():
     assert (Path(gd.__file__).parent / "py.typed").is_file()
-    assert {"analyze", "load_arm", "SimplifiedModel", "__version__"} <= set(gd.__all__) == set(dir(gd))
+    assert {"analyze", "load_arm", "types", "tables", "__version__"} <= set(gd.__all__) == set(dir(gd))
     for name in gd.__all__:
         assert getattr(gd, name).__doc__
-    with pytest.raises(AttributeError, match="no attribute 'colour'"):
+    for group in (gd.types, gd.tables):
+        assert len(group.__all__) == len(set(group.__all__) - set(gd.__all__))
+        for name in group.__all__:
+            assert getattr(group, name).__doc__
+            with pytest.raises(AttributeError, match=rf"^gd_analyze has no {name}; it is gd\.\w+\.{name}$"):
+                getattr(gd, name)
+    with pytest.raises(AttributeError, match=r"^gd_analyze has no colour$"):
         _ = gd.colour
+    with pytest.raises(AttributeError, match=r"gd\.simplify does its work"):
+        _ = gd.simplify_held
+    with pytest.raises(ImportError):
+        exec("from gd_analyze import Box")
 
 
 @pytest.mark.parametrize(

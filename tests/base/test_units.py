@@ -23,8 +23,8 @@ def mixed_findings():
     arm = gd.load_arm("stanford")
     start, goal = np.radians([0, -30, 0, 0, 20, 0]), np.radians([60, -45, 0, 30, 40, 50])
     start[2], goal[2] = 0.4, 0.9
-    motion = gd.plan(arm, start, goal, schedule=gd.Schedule(3.0, "quintic", 9)).trajectory
-    return find(arm, motion, gd.Settings(drives=True, by_link=True, terms=True))
+    motion = gd.plan(arm, start, goal, 3.0, profile="quintic", n_set_points=9)
+    return find(arm, motion, gd.types.Settings(drives=True, by_link=True, terms=True))
 
 
 def units_of_rows(table, array) -> list[str]:

@@ -12,6 +12,7 @@ from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.errors import ArmError, GdAnalyzeError, ModelError, TrajectoryError, UsageError
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.studies.main_job import find
 
 FINE = np.zeros((3, 6))
 
@@ -44,19 +45,19 @@ def calls(puma, pick_and_place) -> list[tuple[Any, type[GdAnalyzeError], str]]:
         (model.inertia, ModelError, ""),
         (lambda x: model.coriolis_centrifugal(FINE, x), ModelError, ""),
         (model.gravity_loading, ModelError, ""),
-        *((lambda x, k=k: gd.States(*in_place(x, k)), TrajectoryError, "") for k in range(3)),
-        (lambda x: gd.decompose_states(puma, gd.States(x, x, x)), TrajectoryError, ""),
+        *((lambda x, k=k: gd.types.States(*in_place(x, k)), TrajectoryError, "") for k in range(3)),
+        (lambda x: gd.tables.decompose_states(puma, gd.types.States(x, x, x)), TrajectoryError, ""),
         (lambda x: gd.Trajectory(time, x, FINE, FINE), TrajectoryError, ""),
         (lambda x: gd.Trajectory(x, FINE, FINE, FINE), TrajectoryError, ""),
-        (lambda x: gd.Box(x, np.ones(6), np.ones(6), np.ones(6)), UsageError, ""),
-        (lambda x: gd.plan(puma, x, np.zeros(6), schedule=gd.Schedule(2.0)), TrajectoryError, ""),
-        (lambda x: gd.Schedule(x), TrajectoryError, "a scalar"),
+        (lambda x: gd.types.Box(x, np.ones(6), np.ones(6), np.ones(6)), UsageError, ""),
+        (lambda x: gd.plan(puma, x, np.zeros(6), 2.0), TrajectoryError, ""),
+        (lambda x: gd.plan(puma, np.zeros(6), np.full(6, 0.1), x), TrajectoryError, "a scalar"),
         (lambda x: with_payload(puma, 1.0, x), ArmError, ""),
         (lambda x: gd.rank(dataset, budget=x), UsageError, "a scalar"),
         (lambda x: kinetic_energy(puma, x, FINE), UsageError, ""),
         (lambda x: joint_accelerations(puma, x, FINE, FINE), UsageError, ""),
-        (lambda x: gd.find(x, pick_and_place), ArmError, ""),
-        (lambda x: gd.find(puma, x), TrajectoryError, ""),
+        (lambda x: find(x, pick_and_place), ArmError, ""),
+        (lambda x: find(puma, x), TrajectoryError, ""),
         (lambda x: gd.simplify(puma, x, effort=0.01), TrajectoryError, "nothing"),
         (lambda x: gd.evaluate(model, x), TrajectoryError, ""),
         (lambda x: gd.certify(model, x), UsageError, "nothing"),
@@ -76,18 +77,20 @@ def test_a_wrong_array_is_refused(calls, wrong):
         assert {"where", "expected", "found"} & caught.value.details.keys()
 
 
-@pytest.mark.parametrize("use", [gd.ExactDynamics.of, gd.simplify, gd.torque_uncertainty])
+@pytest.mark.parametrize("use", [gd.types.ExactDynamics.of, gd.simplify, gd.tables.torque_uncertainty])
 def test_of_no_states_nothing_can_be_said(puma, use):
     with pytest.raises(TrajectoryError, match="there are no states"):
-        use(puma, gd.States(*[np.zeros((0, 6))] * 3))
+        use(puma, gd.types.States(*[np.zeros((0, 6))] * 3))
 
 
 def test_lists_and_states_of_any_leading_shape_will_do(puma):
     model = gd.simplify("two_link", "two-link-swing", "5%")
     arrays = np.broadcast_arrays([0.0, 1.0], [1.0, 0.0], [[0.0] * 2, [1.0] * 2])
     np.testing.assert_array_equal(model.torque([0, 1], [1, 0], [[0, 0], [1, 1]]), model.torque(*arrays))
-    assert gd.decompose_states(puma, gd.States([0] * 6, [0] * 6, [0] * 6))["torque"].shape == (6,)
-    states = gd.states_in_box(puma, 12)
-    torque = gd.ExactDynamics.of(puma, states).torque
-    rows = gd.States(*(x.reshape(3, 4, 6) for x in states.arrays))
-    np.testing.assert_array_equal(gd.ExactDynamics.of(puma, rows).torque, torque)
+    assert gd.tables.decompose_states(puma, gd.types.States([0] * 6, [0] * 6, [0] * 6))["torque"].shape == (
+        6,
+    )
+    states = gd.tables.states_in_box(puma, 12)
+    torque = gd.types.ExactDynamics.of(puma, states).torque
+    rows = gd.types.States(*(x.reshape(3, 4, 6) for x in states.arrays))
+    np.testing.assert_array_equal(gd.types.ExactDynamics.of(puma, rows).torque, torque)

@@ -14,46 +14,46 @@ from gd_analyze.simplification.harmonic import TERM
 from made_models import model_of
 
 
-def model_with(arm: gd.RobotArm, torques: Torques) -> gd.SimplifiedModel:
+def model_with(arm: gd.types.RobotArm, torques: Torques) -> gd.types.SimplifiedModel:
     """A model of torque terms; of those of D' the upper triangle stands for both."""
     form = ExactForm(arm)
     upper = {t: w for t, w in torques.items() if t.quantity != "inertia" or t.row <= t.velocities[0].joint}
     return model_of(form, TERM, upper)
 
 
-def damaged(arm: gd.RobotArm, rng: np.random.Generator) -> gd.SimplifiedModel:
+def damaged(arm: gd.types.RobotArm, rng: np.random.Generator) -> gd.types.SimplifiedModel:
     """A model that lacks some torque terms and has others with wrong coefficients."""
     every = TERM.terms(ExactForm(arm))
     torques = {t: w * (0.9 if rng.random() < 0.3 else 1.0) for t, w in every.items()}
     return model_with(arm, {t: w for t, w in torques.items() if rng.random() < 0.7})
 
 
-def errors_at(model: gd.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+def errors_at(model: gd.types.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     """Shape (N, n)."""
-    states = gd.States(q, qd, qdd)
-    exact = gd.decompose_states(model.arm, states, christoffel=False, drives=model.drives)["torque"]
+    states = gd.types.States(q, qd, qdd)
+    exact = gd.tables.decompose_states(model.arm, states, christoffel=False, drives=model.drives)["torque"]
     return np.abs(model.torque(q, qd, qdd) - exact)
 
 
-def round_off(model: gd.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
+def round_off(model: gd.types.SimplifiedModel, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> float:
     """Round-off of two programs of one torque: some hundred eps of the largest, or of its larger terms."""
     return 1e-12 * float(np.abs(model.torque(q, qd, qdd)).max() + errors_at(model, q, qd, qdd).max())
 
 
-def round_off_in(model: gd.SimplifiedModel, tube: gd.Tube) -> float:
+def round_off_in(model: gd.types.SimplifiedModel, tube: gd.types.Tube) -> float:
     box = tube.enclosing
     farthest = (box.farthest[None], box.velocity[None], box.acceleration[None])
     return round_off(model, *farthest) * (1.0 + float(box.farthest.max())) ** 2
 
 
-def drawn_box(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Box:
+def drawn_box(arm: gd.types.RobotArm, rng: np.random.Generator) -> gd.types.Box:
     """Ranges from none to more than a turn."""
     n = arm.n_joints
     middle, half = rng.uniform(-1.0, 1.0, n), rng.choice([0.0, 0.3, 1.5, 4.0], n)
-    return gd.Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
+    return gd.types.Box(middle - half, middle + half, rng.uniform(0.0, 2.0, n), rng.uniform(0.0, 5.0, n))
 
 
-def drawn_states(box: gd.Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+def drawn_states(box: gd.types.Box, count: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     """States of a box, most of them with velocities, accelerations and some positions at their limits."""
     n = box.n_joints
     signs = np.where(rng.random((2, count, n)) < 0.5, 1.0, -1.0)
@@ -64,7 +64,11 @@ def drawn_states(box: gd.Box, count: int, rng: np.random.Generator) -> tuple[np.
 
 
 def largest_excess(
-    model: gd.SimplifiedModel, tube: gd.Tube, along: np.ndarray, rng: np.random.Generator, rounds: int = 1
+    model: gd.types.SimplifiedModel,
+    tube: gd.types.Tube,
+    along: np.ndarray,
+    rng: np.random.Generator,
+    rounds: int = 1,
 ) -> float:
     """Largest error above the bounds of the pieces (pieces, n) that an adversary finds.
 
@@ -89,7 +93,7 @@ def largest_excess(
     return excess
 
 
-def drawn_motion(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Trajectory:
+def drawn_motion(arm: gd.types.RobotArm, rng: np.random.Generator) -> gd.Trajectory:
     """Smooth and finely sampled, smooth and coarse, or set points that contradict one another."""
     n, count = arm.n_joints, int(rng.choice([2, 4, 25]))
     time = np.linspace(0.0, 1.5, count)
@@ -101,7 +105,9 @@ def drawn_motion(arm: gd.RobotArm, rng: np.random.Generator) -> gd.Trajectory:
     return gd.Trajectory(time, q, qd, qdd)
 
 
-def ascended(model: gd.SimplifiedModel, box: gd.Box, rng: np.random.Generator, restarts: int) -> np.ndarray:
+def ascended(
+    model: gd.types.SimplifiedModel, box: gd.types.Box, rng: np.random.Generator, restarts: int
+) -> np.ndarray:
     """Largest error of every joint (n,) by quasi-Newton ascents over q, qd, qdd; exact torque by Pinocchio.
 
     Every second start is the worst of some hundred random states, the others are one of these.

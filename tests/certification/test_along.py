@@ -27,8 +27,10 @@ from strategies import arms, examples
 def test_no_state_of_the_tube_exceeds_it_and_the_worst_found_is_one(arm, seed, effort):
     rng = np.random.default_rng(seed)
     model = damaged(arm, rng)
-    margin = gd.Margin(*rng.choice([[0.02, 1e-3, 0.02, 0.05], [0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.3, 0.5]]))
-    tube = gd.Tube.along(arm, drawn_motion(arm, rng), margin, most=int(rng.choice([5, 60])))
+    margin = gd.types.Margin(
+        *rng.choice([[0.02, 1e-3, 0.02, 0.05], [0.0, 0.0, 0.0, 0.0], [0.3, 0.1, 0.3, 0.5]])
+    )
+    tube = gd.types.Tube.along(arm, drawn_motion(arm, rng), margin, most=int(rng.choice([5, 60])))
     certificate = gd.certify(model, tube, effort=effort)
     slack = round_off_in(model, tube)
     np.testing.assert_array_equal(certificate.along.max(axis=0), certificate.certified)
@@ -45,7 +47,7 @@ def test_no_state_of_the_tube_exceeds_it_and_the_worst_found_is_one(arm, seed, e
 def test_no_state_exceeds_it_for_programs_with_something_left_out(arm, seed):
     rng = np.random.default_rng(seed)
     model, n = pruning.pruned(arm, 0.05, rng), arm.n_joints
-    tube = gd.Tube.along(arm, drawn_motion(arm, rng))
+    tube = gd.types.Tube.along(arm, drawn_motion(arm, rng))
     certificate = gd.certify(model, tube, effort=2000)
     for piece in range(0, len(tube), max(1, len(tube) // 8)):
         states = rng.uniform(tube.lower[piece], tube.upper[piece], (50, 3, n)).transpose(1, 0, 2)
@@ -63,7 +65,7 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed, n):
     multiples, factors = np.unique(drawn, axis=0), velocity_factors(n)
     real, imaginary = rng.normal(size=(2, len(factors), len(multiples)))
     polynomial = TrigonometricPolynomial(prismatic, multiples, real + 1j * imaginary)
-    box = gd.Box(-np.ones(n), np.ones(n), np.ones(n), np.ones(n))
+    box = gd.types.Box(-np.ones(n), np.ones(n), np.ones(n), np.ones(n))
     form = TaylorForm(ErrorField(box, polynomial, MotionFactors(n, factors), 0.0, 0.0))
     centre = rng.uniform(-1.0, 1.0, (3 * n, 20))
     half = 10.0 ** rng.uniform(-4.0, 0.0, (3 * n, 20)) * rng.choice([0.0, 1.0], (3 * n, 20), p=[0.1, 0.9])
@@ -79,13 +81,13 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed, n):
 
 
 @pytest.fixture(scope="module")
-def puma_model(puma, pick_and_place) -> gd.SimplifiedModel:
-    exact = gd.ExactDynamics.of(puma, gd.decompose(puma, pick_and_place, drives=True))
+def puma_model(puma, pick_and_place) -> gd.types.SimplifiedModel:
+    exact = gd.types.ExactDynamics.of(puma, gd.decompose(puma, pick_and_place, drives=True))
     return simplify_exact(exact, "1%", SearchOptions(TERM, effort=0.2))
 
 
 def test_along_pick_and_place(puma, pick_and_place, puma_model):
-    tube = gd.Tube.along(puma, pick_and_place)
+    tube = gd.types.Tube.along(puma, pick_and_place)
     certificate, again = gd.certify(puma_model, tube), gd.certify(puma_model, tube)
     np.testing.assert_array_equal(certificate.along, again.along)
     np.testing.assert_array_equal(certificate.worst_states, again.worst_states)
@@ -99,7 +101,7 @@ def test_along_pick_and_place(puma, pick_and_place, puma_model):
         assert (certificate.along[there].max(axis=0) >= error).all()
     # Smaller regions have smaller bounds.
     narrow, wide = (
-        gd.certify(puma_model, gd.Tube.along(puma, pick_and_place, text)).certified
+        gd.certify(puma_model, gd.types.Tube.along(puma, pick_and_place, text)).certified
         for text in ("0.2deg,qd=0.5%,qdd=1%", "4deg,qd=8%,qdd=20%")
     )
     assert (narrow < certificate.certified).all()
@@ -123,9 +125,9 @@ def stanford_motion() -> gd.Trajectory:
 @pytest.mark.parametrize(("arm", "level", "budget"), [("puma560", ELEMENT, None), ("stanford", TERM, "5%")])
 def test_models_by_elements_and_prismatic_joints_are_bounded_tightly(arm, level, budget, pick_and_place):
     arm, motion = gd.load_arm(arm), pick_and_place if arm == "puma560" else stanford_motion()
-    exact = gd.ExactDynamics.of(arm, gd.decompose(arm, motion))
+    exact = gd.types.ExactDynamics.of(arm, gd.decompose(arm, motion))
     model = simplify_exact(exact, budget, SearchOptions(level, effort=0.2, dearer=True))
-    tube = gd.Tube.along(arm, motion)
+    tube = gd.types.Tube.along(arm, motion)
     certificate = gd.certify(model, tube, effort=100_000)
     assert (certificate.ratio[certificate.worst_found > 1e-9] <= 1.1).all()
     excess = largest_excess(model, tube, certificate.along, np.random.default_rng(1))

@@ -68,7 +68,9 @@ def test_no_state_exceeds_it_for_many_joints(joints, slides):
     model = pruning.pruned(arm, 0.03, rng)
     middle = rng.uniform(-1.0, 1.0, joints)
     half = np.where(arm.is_revolute, rng.choice([0.1, 1.5, 2.9, 4.0], joints), 0.3)
-    box = gd.Box(middle - half, middle + half, rng.uniform(0.5, 2.0, joints), rng.uniform(0.0, 5.0, joints))
+    box = gd.types.Box(
+        middle - half, middle + half, rng.uniform(0.5, 2.0, joints), rng.uniform(0.0, 5.0, joints)
+    )
     certificate = gd.certify(model, box, effort=40)
     for joint in range(joints):
         state = pruning.searched(model, box, joint, rng)[:, None]
@@ -93,7 +95,7 @@ def test_an_exact_model_has_no_error_but_that_of_the_exact_form(arm, seed):
 def test_an_exact_form_that_is_off_by_its_cut_is_covered(arm, seed):
     """Harmonics off by 1e-5, far above round-off."""
     rng = np.random.default_rng(seed)
-    known, cut = gd.harmonics_of(arm), 1e-5
+    known, cut = gd.tables.harmonics_of(arm), 1e-5
 
     def off(polynomial):
         kept = polynomial.coefficients != 0.0
@@ -137,12 +139,17 @@ def test_a_known_largest_error_is_met(two_link):
 
 
 @pytest.fixture(scope="module")
-def puma_model(puma) -> gd.SimplifiedModel:
-    return gd.simplify(puma, gd.states_in_box(puma, 500), "5%", level="energy", drives=True, effort=0.1)
+def puma_model(puma) -> gd.types.SimplifiedModel:
+    return gd.simplify(
+        puma, gd.tables.states_in_box(puma, 500), "5%", level="energy", drives=True, effort=0.1
+    )
 
 
 def test_it_is_tight_the_same_every_time_and_tighter_with_effort(puma, puma_model):
-    certificate, again = gd.certify(puma_model), gd.certify(puma_model, harmonics=gd.harmonics_of(puma))
+    certificate, again = (
+        gd.certify(puma_model),
+        gd.certify(puma_model, harmonics=gd.tables.harmonics_of(puma)),
+    )
     assert (certificate.worst_found >= puma_model.accuracy.errors.largest).all()
     assert certificate.ratio.max() < 1.1
     np.testing.assert_array_equal(certificate.certified, again.certified)
@@ -156,7 +163,7 @@ def test_it_is_tight_the_same_every_time_and_tighter_with_effort(puma, puma_mode
 
 def test_the_box_around_a_trajectory_bounds_all_between_its_extremes(puma_model, pick_and_place):
     states = (pick_and_place.q, pick_and_place.qd, pick_and_place.qdd)
-    box = gd.Box.around(*states)
+    box = gd.types.Box.around(*states)
     certificate = gd.certify(puma_model, box, effort=20_000)
     slower = dataclasses.replace(box, velocity=0.5 * box.velocity, acceleration=0.5 * box.acceleration)
     for attacked in (states, drawn_states(box, 3000, np.random.default_rng(3))):
@@ -165,7 +172,7 @@ def test_the_box_around_a_trajectory_bounds_all_between_its_extremes(puma_model,
     assert (gd.certify(puma_model, slower, effort=20_000).certified < certificate.certified).all()
 
 
-def with_added(model: gd.SimplifiedModel, added) -> gd.SimplifiedModel:
+def with_added(model: gd.types.SimplifiedModel, added) -> gd.types.SimplifiedModel:
     """A model whose program adds something to the first torque that its terms do not mention."""
     trace = Trace()
     of = model.program.folded(trace, {})
@@ -176,7 +183,7 @@ def with_added(model: gd.SimplifiedModel, added) -> gd.SimplifiedModel:
 
 
 def test_it_is_of_the_program_whatever_terms_and_file_state(two_link):
-    model, box = exact_model(two_link), gd.Box.of(two_link)
+    model, box = exact_model(two_link), gd.types.Box.of(two_link)
     exact = gd.certify(model, box)
     errors = ErrorTable(np.full(2, 1e9), np.zeros(2), np.zeros(2))
     accuracy = dataclasses.replace(model.accuracy, errors=errors, allowed=np.full(2, 1e7))
@@ -204,14 +211,14 @@ def test_a_program_that_computes_no_torque_has_no_certificate(two_link):
 def test_the_largest_torque_beats_drawing_and_is_reached(name, drives):
     arm = gd.load_arm(name)
     found = largest_torque(exact_model(arm, drives))
-    drawn = gd.ExactDynamics(ExactForm(arm, drives), gd.states_in_box(arm, 20_000)).peak_torque
+    drawn = gd.types.ExactDynamics(ExactForm(arm, drives), gd.tables.states_in_box(arm, 20_000)).peak_torque
     assert (found >= drawn).all()
     assert (found <= 3.0 * drawn).all()
 
 
 def test_without_motion_and_gravity_there_is_no_torque(two_link):
     weightless = dataclasses.replace(two_link, gravity=np.zeros(3))
-    still = gd.Box(np.zeros(2), np.ones(2), np.zeros(2), np.zeros(2))
+    still = gd.types.Box(np.zeros(2), np.ones(2), np.zeros(2), np.zeros(2))
     assert largest_torque(exact_model(weightless, level=ENERGY), still).tolist() == [0.0, 0.0]
 
 
@@ -224,7 +231,7 @@ def test_limits_that_are_not_stated_are_assumed():
 
 def test_bad_arguments_are_refused(two_link, puma, swing):
     model = exact_model(puma)
-    for wrong in (gd.Box.of(two_link), gd.Tube.along(two_link, swing)):
+    for wrong in (gd.types.Box.of(two_link), gd.types.Tube.along(two_link, swing)):
         with pytest.raises(UsageError, match="does not fit the arm"):
             gd.certify(model, wrong)
     with pytest.raises(UsageError, match="effort"):
@@ -234,10 +241,10 @@ def test_bad_arguments_are_refused(two_link, puma, swing):
 
 
 def test_boxes(puma, rng):
-    box = gd.Box.of(puma)
+    box = gd.types.Box.of(puma)
     np.testing.assert_array_equal(box.acceleration, [joint.acceleration_limit for joint in puma.joints])
     states = q, qd, qdd = rng.normal(size=(3, 30, 4))
-    around = gd.Box.around(*states)
+    around = gd.types.Box.around(*states)
     found = [around.lower, around.upper, around.velocity, around.acceleration]
     largest = [np.abs(qd).max(axis=0), np.abs(qdd).max(axis=0)]
     np.testing.assert_array_equal(found, [q.min(axis=0), q.max(axis=0), *largest])
@@ -258,14 +265,14 @@ def test_boxes(puma, rng):
 )
 def test_wrong_boxes_are_refused(place, value, where):
     limits = [np.array(limit) for limit in ([-1.0, 0.0], [1.0, 0.0], [1.0, 2.0], [3.0, 0.0])]
-    gd.Box(*limits)
+    gd.types.Box(*limits)
     limits[place] = np.array(value)
     with pytest.raises(UsageError) as caught:
-        gd.Box(*limits)
+        gd.types.Box(*limits)
     assert caught.value.details["where"] == where
 
 
 @pytest.mark.parametrize("shapes", [((0, 2),) * 3, ((3, 2), (3, 2), (2, 2)), ((3,),) * 3])
 def test_a_box_around_wrong_states_is_refused(shapes):
     with pytest.raises(UsageError, match="at least one state"):
-        gd.Box.around(*(np.zeros(shape) for shape in shapes))
+        gd.types.Box.around(*(np.zeros(shape) for shape in shapes))

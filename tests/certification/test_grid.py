@@ -21,11 +21,11 @@ EPS = float(np.finfo(float).eps)
 COSINE = [{(("cos", (1,)),): 1.0}]
 
 
-def positions(lower, upper) -> gd.Box:
-    return gd.Box(np.array(lower), np.array(upper), np.zeros(len(lower)), np.zeros(len(lower)))
+def positions(lower, upper) -> gd.types.Box:
+    return gd.types.Box(np.array(lower), np.array(upper), np.zeros(len(lower)), np.zeros(len(lower)))
 
 
-def drawn(seed: int, joints: int) -> tuple[TrigonometricPolynomial, gd.Box]:
+def drawn(seed: int, joints: int) -> tuple[TrigonometricPolynomial, gd.types.Box]:
     """Three polynomials of degree at most 2, and a box that may be a circle, narrow or a point."""
     rng = np.random.default_rng(seed)
     prismatic = rng.random(joints) < 0.3
@@ -36,12 +36,12 @@ def drawn(seed: int, joints: int) -> tuple[TrigonometricPolynomial, gd.Box]:
     return polynomial, positions(middle - half, middle + half)
 
 
-def round_off(polynomial: TrigonometricPolynomial, box: gd.Box) -> float:
+def round_off(polynomial: TrigonometricPolynomial, box: gd.types.Box) -> float:
     """Some hundred roundings of terms no larger than the amplitudes, angles of up to 20 rad."""
     return 100 * 20 * EPS * max(1.0, float(polynomial.sizes(box.farthest).sum(axis=1).max()))
 
 
-def attacked(box: gd.Box, count: int, seed: int) -> np.ndarray:
+def attacked(box: gd.types.Box, count: int, seed: int) -> np.ndarray:
     """Positions of a box, shape (n, count), many of their coordinates at its ends."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(box.lower, box.upper, (count, box.n_joints)).T

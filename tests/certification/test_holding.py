@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from changed_programs import skip_proofs, skip_searches
 from gd_analyze.certification import falsification
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
@@ -39,10 +40,10 @@ from strategies import arms, arms_with_states, examples
 )
 def test_no_state_of_the_box_breaks_the_budget(case, percent, level, seed):
     arm, drawn = case
-    states = gd.States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 15, "seed": 0})
-    box, budget = gd.Box.around(*states.arrays), gd.Budget.parse(f"{percent}%")
-    exact = gd.ExactDynamics.of(arm, states)
-    model, certificate = gd.simplify_certified(exact, budget, box, level=level)
+    states = gd.types.States(drawn.q, drawn.qd, drawn.qdd, {"box": "drawn", "states": 15, "seed": 0})
+    box, budget = gd.types.Box.around(*states.arrays), gd.types.Budget.parse(f"{percent}%")
+    exact = gd.types.ExactDynamics.of(arm, states)
+    model, certificate = simplify_held(exact, budget, box, SearchOptions(level), certified=True)[:2]
     assert certificate.within(exact.allowed(budget)).all()
     attacked = drawn_states(box, 400, np.random.default_rng(seed))
     slack = 1e-10 * exact.peak_torque.max()
@@ -55,40 +56,46 @@ def test_no_state_of_the_box_breaks_the_budget(case, percent, level, seed):
 @given(arms(max_joints=2, massive=True), st.integers(2, 30), st.integers(0, 2**32 - 1))
 def test_no_state_of_the_tube_breaks_the_budget(arm, percent, seed):
     rng = np.random.default_rng(seed)
-    motion, budget = drawn_motion(arm, rng), gd.Budget.parse(f"{percent}%")
-    exact = gd.ExactDynamics.of(arm, gd.States(motion.q, motion.qd, motion.qdd))
+    motion, budget = drawn_motion(arm, rng), gd.types.Budget.parse(f"{percent}%")
+    exact = gd.types.ExactDynamics.of(arm, gd.types.States(motion.q, motion.qd, motion.qdd))
     if not exact.peak_torque.all():
         return
-    tube = gd.Tube.along(arm, motion)
-    model, certificate = gd.simplify_certified(exact, budget, tube)
+    tube = gd.types.Tube.along(arm, motion)
+    model, certificate = simplify_held(exact, budget, tube, certified=True)[:2]
     assert certificate.within(exact.allowed(budget)).all()
     assert largest_excess(model, tube, certificate.along, rng) <= round_off_in(model, tube)
 
 
 @pytest.mark.parametrize("level", [TERM, ENERGY])
 def test_along_a_trajectory(puma, pick_and_place, level):
-    exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
-    model, certificate = gd.simplify_certified(exact, "2%", tube, level=level)
-    allowed = exact.allowed(gd.Budget.parse("2%"))
+    exact, tube = (
+        gd.types.ExactDynamics.of(puma, pick_and_place, drives=True),
+        gd.types.Tube.along(puma, pick_and_place),
+    )
+    model, certificate = simplify_held(exact, "2%", tube, SearchOptions(level), certified=True)[:2]
+    allowed = exact.allowed(gd.types.Budget.parse("2%"))
     assert certificate.region is tube
     assert certificate.within(allowed).all()
     bounds = np.broadcast_to(allowed, certificate.along.shape)
     assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
     assert model.accuracy.budget == "2%"
     stated = model.accuracy.certificate
-    assert (stated.margin, stated.trajectory_fingerprint) == (str(gd.Margin()), pick_and_place.fingerprint)
+    assert (stated.margin, stated.trajectory_fingerprint) == (
+        str(gd.types.Margin()),
+        pick_and_place.fingerprint,
+    )
     np.testing.assert_array_equal(stated.certified, certificate.certified)
 
 
 def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
     """A budget kept at the set points only is broken between their extremes; a certified one is not."""
-    exact = gd.ExactDynamics.of(puma, pick_and_place, drives=True)
-    box = gd.Box.around(*exact.states.arrays)
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives=True)
+    box = gd.types.Box.around(*exact.states.arrays)
     sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True, effort=0.1)
     assert not gd.certify(sampled, box).within(sampled.accuracy.allowed).all()
     rounds: list[int] = []
     options = {"level": TERM, "effort": 0.1, "progress": rounds.append}
-    model, certificate = gd.simplify_certified(exact, "10%", box, **options)
+    model, certificate = simplify_held(exact, "10%", box, SearchOptions(**options), certified=True)[:2]
     assert certificate.within(model.accuracy.allowed).all()
     assert 1 < len(rounds) <= 8
     assert model.operations.total >= sampled.operations.total
@@ -96,15 +103,18 @@ def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
 
 
 def test_a_budget_below_what_a_bound_can_resolve_is_refused(two_link, swing):
-    exact = gd.ExactDynamics.of(two_link, swing)
+    exact = gd.types.ExactDynamics.of(two_link, swing)
     with pytest.raises(UsageError, match="not even the exact model"):
-        gd.simplify_certified(exact, "1e-13%", gd.Box.around(*exact.states.arrays))
+        simplify_held(exact, "1e-13%", gd.types.Box.around(*exact.states.arrays), certified=True)
 
 
 def test_what_is_returned_and_stated_is_the_model_certified(two_link):
     """Program, operations and the search's last step."""
-    exact, box = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 300)), gd.Box.of(two_link)
-    model, certificate = gd.simplify_certified(exact, "40%", box)
+    exact, box = (
+        gd.types.ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 300)),
+        gd.types.Box.of(two_link),
+    )
+    model, certificate = simplify_held(exact, "40%", box, certified=True)[:2]
     assert gd.certify(model, box).certified.tolist() == certificate.certified.tolist()
     assert certificate.within(model.accuracy.allowed).all()
     assert model.accuracy.steps[-1].operations == model.functions.operations.total
@@ -112,9 +122,12 @@ def test_what_is_returned_and_stated_is_the_model_certified(two_link):
 
 def test_along_a_motion_terms_refitted_and_a_program_are_proven(puma, pick_and_place, monkeypatch):
     skip_searches(monkeypatch)
-    exact, tube = gd.ExactDynamics.of(puma, pick_and_place, drives=True), gd.Tube.along(puma, pick_and_place)
+    exact, tube = (
+        gd.types.ExactDynamics.of(puma, pick_and_place, drives=True),
+        gd.types.Tube.along(puma, pick_and_place),
+    )
     for how in (SearchOptions("fast"), SearchOptions("term", True, effort=0.01)):
-        model, certificate, tried, *_ = gd.simplify_held(exact, "2%", tube, how)
+        model, certificate, tried, *_ = simplify_held(exact, "2%", tube, how)
         assert model.saves
         assert tried == 0
         assert certificate.within(exact.allowed("2%")).all()
@@ -126,12 +139,12 @@ def test_along_a_motion_terms_refitted_and_a_program_are_proven(puma, pick_and_p
 def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
     """Fitted on 100 states alone, the budget is exceeded."""
     exact, box, rng = (
-        gd.ExactDynamics.of(puma, gd.states_in_box(puma, 100)),
-        gd.Box.of(puma),
+        gd.types.ExactDynamics.of(puma, gd.tables.states_in_box(puma, 100)),
+        gd.types.Box.of(puma),
         np.random.default_rng(7),
     )
     quick = SearchOptions("term", thorough=False, write=False)
-    held = gd.simplify_held(exact, "5%", box, quick)
+    held = simplify_held(exact, "5%", box, quick)
     allowed = exact.allowed("5%")
     assert held.model.saves
     assert (held.found <= allowed).all()
@@ -148,8 +161,11 @@ def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
 def test_within_limits_other_levels_state_what_was_tried(two_link, level, monkeypatch):
     """A model is its own witness: no error of the search's states, and none at its found ones, is larger."""
     skip_searches(monkeypatch)
-    exact, box = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 300)), gd.Box.of(two_link)
-    held = gd.simplify_held(exact, "40%", box, SearchOptions(level, thorough=False))
+    exact, box = (
+        gd.types.ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 300)),
+        gd.types.Box.of(two_link),
+    )
+    held = simplify_held(exact, "40%", box, SearchOptions(level, thorough=False))
     assert held.model.saves
     assert (held.model.accuracy.errors.largest <= held.found).all()
     assert (held.found <= exact.allowed("40%")).all()
@@ -166,7 +182,7 @@ def test_within_limits_other_levels_state_what_was_tried(two_link, level, monkey
 def test_errors_over_a_box_follow_from_few_states_at_each_position(arm, seed):
     rng = np.random.default_rng(seed)
     model, box, n = damaged(arm, rng), drawn_box(arm, rng), arm.n_joints
-    exact = gd.ExactDynamics.of(arm, gd.States(*drawn_states(box, 5, rng)), drives=model.drives)
+    exact = gd.types.ExactDynamics.of(arm, gd.types.States(*drawn_states(box, 5, rng)), drives=model.drives)
     errors, q = falsification.BoxErrors(model, exact, box, np.ones(n)), rng.uniform(box.lower, box.upper)
     _, qd, qdd = drawn_states(box, 400, rng)
     drawn = np.stack([np.broadcast_to(q, qd.shape), qd, qdd])
@@ -184,32 +200,32 @@ def test_errors_over_a_box_follow_from_few_states_at_each_position(arm, seed):
 def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch):
     """By a proof, and by states drawn near each; a slow motion allows many times less than a fast one."""
     motions = pool([swung(20.0, "slow"), swung(2.2, "fast")])
-    exact, tube = gd.ExactDynamics.of(two_link, motions), gd.Tube.along(two_link, motions)
-    found = gd.simplify_held(exact, "40%", tube, SearchOptions("term"))
+    exact, tube = gd.types.ExactDynamics.of(two_link, motions), gd.types.Tube.along(two_link, motions)
+    found = simplify_held(exact, "40%", tube, SearchOptions("term"))
     assert found.model.saves
     assert found.tried == 0
     skip_searches(monkeypatch)
     skip_proofs(monkeypatch)
-    tried = gd.simplify_held(exact, "40%", tube, SearchOptions("fast"))
+    tried = simplify_held(exact, "40%", tube, SearchOptions("fast"))
     assert tried.model.saves
     assert tried.tried == falsification.TRIED
     rng = np.random.default_rng(0)
     for motion in taken_apart(motions):
-        alone, own = gd.ExactDynamics.of(two_link, motion), gd.Tube.along(two_link, motion)
+        alone, own = gd.types.ExactDynamics.of(two_link, motion), gd.types.Tube.along(two_link, motion)
         allowed = alone.allowed("40%")
         assert gd.certify(found.model, own).within(allowed).all()
         bounds = np.broadcast_to(allowed, (len(own), 2))
         for model in (found.model, tried.model):
             assert largest_excess(model, own, bounds, rng) <= round_off_in(model, own)
     with pytest.raises(UsageError, match="other motions"):
-        gd.simplify_held(exact, "40%", own)
+        simplify_held(exact, "40%", own)
 
 
 def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_link, swing, monkeypatch):
     skip_searches(monkeypatch)
     skip_proofs(monkeypatch)
-    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
-    held = gd.simplify_held(exact, "60%", tube, SearchOptions("fast"))
+    exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
+    held = simplify_held(exact, "60%", tube, SearchOptions("fast"))
     assert held.model.saves
     assert (held.tried, held.where) == (falsification.TRIED, tube.where)
     certificate = gd.certify(held.model, tube)

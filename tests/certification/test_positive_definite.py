@@ -70,7 +70,7 @@ def in_pieces(tube, rng, count=2000):
 )
 def test_no_position_of_a_tube_falls_below_it(case, seed, effort, most, level):
     arm, motion = case
-    rng, tube = np.random.default_rng(seed), gd.Tube.along(arm, motion, most=most)
+    rng, tube = np.random.default_rng(seed), gd.types.Tube.along(arm, motion, most=most)
     model = damaged(arm, level, rng) if seed % 2 else exact_model(arm, level=level)
     shown = gd.certify_positive_definite(model, tube, effort=effort)
     values = eigenvalues(model, in_pieces(tube, rng))
@@ -84,7 +84,7 @@ def test_no_position_of_a_tube_falls_below_it(case, seed, effort, most, level):
 
 @pytest.mark.parametrize("motion", ["pick-and-place", "large-slew", "wrist-move"])
 def test_along_a_motion_it_is_below_pinocchios_and_close(puma, motion):
-    tube = gd.Tube.along(puma, gd.read_trajectory(motion, puma))
+    tube = gd.types.Tube.along(puma, gd.read_trajectory(motion, puma))
     shown = gd.certify_positive_definite(exact_model(puma, True, TERM), tube)
     q = in_pieces(tube, np.random.default_rng(0), 5000)
     values = np.linalg.eigvalsh(pinocchio_dynamics(puma, q, q, q)["inertia"] + np.diag(puma.drive_inertia))
@@ -94,7 +94,7 @@ def test_along_a_motion_it_is_below_pinocchios_and_close(puma, motion):
 
 
 def test_a_long_motion_takes_few_boxes(two_link, monkeypatch):
-    tube = gd.Tube.along(two_link, swinging(two_link, 20_000))
+    tube = gd.types.Tube.along(two_link, swinging(two_link, 20_000))
     assert len(tube) > 1000
     count, of = [], module._GriddedInertia.of
     monkeypatch.setattr(module._GriddedInertia, "of", lambda *given: count.append(1) or of(*given))
@@ -111,8 +111,8 @@ def test_positions_between_two_stretches_of_a_motion_do_not_count(two_link):
     model = model_of(form, ENERGY, terms)
     q, still = np.outer(np.radians([80.0, 100.0, 260.0, 280.0]), [0.0, 1.0]), np.zeros((4, 2))
     motion = gd.Trajectory(np.arange(4.0), q, still, still, gaps=(2,))
-    assert gd.certify_positive_definite(model, gd.Tube.along(two_link, motion)).is_proven
-    whole = gd.certify_positive_definite(model, gd.Tube.along(two_link, replace(motion, gaps=())))
+    assert gd.certify_positive_definite(model, gd.types.Tube.along(two_link, motion)).is_proven
+    whole = gd.certify_positive_definite(model, gd.types.Tube.along(two_link, replace(motion, gaps=())))
     assert not whole.is_proven
     assert whole.smallest_found < 0.0
 
@@ -133,7 +133,9 @@ def test_the_puma_is_positive_definite(puma):
     for drives in (False, True):
         exact = gd.certify_positive_definite(exact_model(puma, drives))
         assert 0.0 < exact.proven <= exact.smallest_found
-    model = gd.simplify(puma, gd.states_in_box(puma, 500), "1%", level="energy", drives=True, effort=0.1)
+    model = gd.simplify(
+        puma, gd.tables.states_in_box(puma, 500), "1%", level="energy", drives=True, effort=0.1
+    )
     shown, again = gd.certify_positive_definite(model), gd.certify_positive_definite(model)
     assert shown.is_proven
     assert shown.proven == pytest.approx(shown.smallest_found, rel=0.01)
@@ -167,7 +169,7 @@ def test_bad_arguments_are_refused(two_link, puma, pick_and_place):
     for level in (ELEMENT, FAST):
         with pytest.raises(ModelError, match="symmetric D"):
             gd.certify_positive_definite(exact_model(two_link, level=level))
-    others = gd.Box.of(puma), gd.Tube.along(puma, pick_and_place)
+    others = gd.types.Box.of(puma), gd.types.Tube.along(puma, pick_and_place)
     for where, wrong in (*(("box", {"region": other}) for other in others), ("effort", {"effort": 0})):
         with pytest.raises(UsageError) as caught:
             gd.certify_positive_definite(exact_model(two_link), **wrong)

@@ -93,12 +93,12 @@ def motion(here: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def swing_model(two_link, swing) -> gd.SimplifiedModel:
+def swing_model(two_link, swing) -> gd.types.SimplifiedModel:
     return gd.simplify(two_link, swing, "20%")
 
 
 @pytest.fixture
-def model(here: Path, swing_model) -> gd.SimplifiedModel:
+def model(here: Path, swing_model) -> gd.types.SimplifiedModel:
     """The model of the swing, in model.json."""
     gd.save_model(swing_model, here / "model.json")
     return swing_model

@@ -328,7 +328,7 @@ def test_the_sympy_form_is_a_script(run):
     exec(run("equations stanford --format sympy").out, scope)
     q = np.linspace(0.1, 0.6, 6)
     values = {sympy.Symbol(f"q{j + 1}", real=True): q[j] for j in range(6)}
-    exact = gd.decompose_states(gd.load_arm("stanford"), gd.States(q, q, q))
+    exact = gd.tables.decompose_states(gd.load_arm("stanford"), gd.types.States(q, q, q))
     # Some ten terms of at most the arm's largest inertia, each rounded.
     assert float(sympy.sympify(scope["D11"]).subs(values)) == pytest.approx(
         exact["inertia"][:, 0, 0].sum(), rel=1e-12
@@ -346,7 +346,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
 
 def test_base_parameters(run, here):
     result, told = run("equations puma560 --parameters"), run("equations puma560 --parameters --json").json
-    base = gd.base_parameters("puma560")
+    base = gd.tables.base_parameters("puma560")
     assert f"{len(base)} (of {len(base.original)} parameters)" in result.words
     row, combination = (line for line in result.out.splitlines() if line.startswith("MX2"))
     assert row.split() == ["MX2", "3.8", "3.8", "0", "0", "kg", "m"]

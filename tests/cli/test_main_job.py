@@ -116,7 +116,7 @@ def test_top_chooses_the_rows_of_the_ranking(run, motion):
 def test_what_is_stored_follows_the_options(run, motion):
     def stored(options: str) -> set[str]:
         assert run(f"two_link gentle.csv --format h5 --out x --overwrite {options}").code == 0
-        return set(gd.load_results("x/analysis.h5")["decomposition"].data_vars)
+        return set(gd.tables.load_results("x/analysis.h5")["decomposition"].data_vars)
 
     assert "christoffel" in stored("")
     assert "christoffel" not in stored("--no-christoffel")

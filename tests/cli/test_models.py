@@ -195,11 +195,11 @@ def test_a_curve_without_savings(run):
 def test_evaluated_at_drawn_states(run, model):
     told = run("evaluate model.json --states 300 --seed 7 --json").json
     (one,) = told["motions"]
-    expected = gd.evaluate(model, gd.states_in_box(model.arm, 300, 7)).errors
+    expected = gd.evaluate(model, gd.tables.states_in_box(model.arm, 300, 7)).errors
     # The same programs at the same states, so the same bits.
     assert of(one["joints"], "largest_error") == expected.largest.tolist()
     assert of(one["joints"], "peak_torque") == expected.peak_torque.tolist()
-    effect = gd.payload_effect(model, gd.states_in_box(model.arm, 300, 7))
+    effect = gd.tables.payload_effect(model, gd.tables.states_in_box(model.arm, 300, 7))
     assert one["mass_within_budget"] == effect.largest_mass
     assert of(one["joints"], "torque_per_kg") == effect.torque_per_kg.tolist()
     assert (one["states"], one["seed"], one["trajectory"], one["set_points"]) == (300, 7, None, None)
@@ -389,8 +389,11 @@ def test_certified_along_a_trajectory_and_between_its_extremes(run):
 def test_a_loop_is_the_library_s(run, model, swing, here):
     words = "control model.json two-link-swing --loop-rate continuous,200 --speeds 1,2 --bandwidth 30"
     told = run(f"{words} --within 20mrad --json").json
-    settings = gd.ControlSettings(
-        bandwidth=30.0, rates=(math.inf, 200.0), speeds=(1.0, 2.0), tolerance=gd.Tolerance(revolute=0.02)
+    settings = gd.types.ControlSettings(
+        bandwidth=30.0,
+        rates=(math.inf, 200.0),
+        speeds=(1.0, 2.0),
+        tolerance=gd.types.Tolerance(revolute=0.02),
     )
     study = gd.control(gd.load_model("model.json"), swing, settings)
     for row, loop in zip(told["loops"], study.loops, strict=True):

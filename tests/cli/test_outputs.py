@@ -15,8 +15,8 @@ from gd_analyze.files import RESULT_FILES
 
 LONG = "a" * 300
 COMPUTING = {
-    "gd_analyze.simplification.simplify": "simplify_exact",
-    "gd_analyze.studies.control": "control",
+    "gd_analyze.studies.main_job": "find",
+    "gd_analyze.studies.simplifying": "search_model",
 }
 resource = pytest.importorskip("resource", reason="limits on file size are a matter of POSIX")
 
@@ -28,7 +28,7 @@ def nothing_computed(monkeypatch):
 
     for module, name in COMPUTING.items():
         monkeypatch.setattr(importlib.import_module(module), name, fail)
-    for name in ("find", "evaluate", "harmonics_of"):
+    for name in ("control", "evaluate"):
         monkeypatch.setattr(gd, name, fail, raising=False)
 
 

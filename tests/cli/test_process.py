@@ -107,7 +107,8 @@ def test_debug_adds_the_traceback(run):
 def test_failures_of_the_program_and_the_machine(process, motion, failure, says):
     result = process(
         "two_link gentle.csv",
-        before=f"import gd_analyze as gd\ndef find(*a, **k): raise {failure}\ngd.find = find",
+        before="import gd_analyze.studies.main_job as job\n"
+        f"def find(*a, **k): raise {failure}\njob.find = find",
     )
     assert (result.code, result.out) == (1, "")
     assert all(text in result.err for text in says)

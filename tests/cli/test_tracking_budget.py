@@ -17,7 +17,9 @@ def test_a_model_is_made_for_it_and_tracks_as_well(run):
     assert 0.0 < found["tracking_simulated"] <= 1.0
     model = gd.load_model("model.json")
     assert model.saves
-    study = gd.control(model, "two-link-swing", gd.ControlSettings(40.0, rates=(1000.0,), speeds=(1.0,)))
+    study = gd.control(
+        model, "two-link-swing", gd.types.ControlSettings(40.0, rates=(1000.0,), speeds=(1.0,))
+    )
     shares = [x.peak_error.max() / np.radians(3.0) for x in study.loops if "simplified" in x.controller.title]
     assert found["tracking_simulated"] in (pytest.approx(share) for share in shares)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -216,6 +217,8 @@ def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tm
 def test_nothing_is_wrong(robot, good, two_link):
     """A file off by up to 20 % is no cause, and its links are told to be off."""
     found = gd.diagnose(two_link, log_of(*good))
+    page = ElementTree.fromstring(f"<p>{found._repr_html_()}</p>")
+    assert [len(row) for row in page.iter("tr")] == [3] * (1 + two_link.n)
     assert found.causes == ()
     assert found.tells
     assert 0.0 < found.before.off < 0.4
@@ -311,7 +314,7 @@ def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     """The column of the file's torque, and those of its errors, are what the regressor gives."""
     problem = problem_of(robot, good)
     columns, _, shared = columns_of(problem.samples, problem.correction, SETTINGS)
-    states = gd.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
+    states = gd.types.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
     torque = torque_of(robot.file, states, drives=False)
     # Some hundred roundings of the largest.
     assert np.abs(columns[:, :, shared + 4].T - torque).max() < 1e-12 * np.abs(torque).max()

@@ -20,7 +20,7 @@ C = [block.text for block in blocks(PAGE) if block.language == "c"]
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc, which compiles it, is not installed")
 def test_the_controller_compiles_and_runs(puma, tmp_path):
     model = exact_model(puma)
-    certificate = gd.certify(model, gd.Box.of(puma), effort=1000)
+    certificate = gd.certify(model, gd.types.Box.of(puma), effort=1000)
     gd.export(model, "c", name="puma", certificate=certificate).save(tmp_path)
     controller, many = C
     (tmp_path / "main.c").write_text(controller)

@@ -49,7 +49,7 @@ def test_shapes_of_geometry_and_arm():
 
 def test_base_parameters_and_their_kinds():
     names = [code(row["name"]) for row in tables(PAGE, "Base parameters")]
-    assert names == [field.name for field in dataclasses.fields(gd.BaseParameter)]
+    assert names == [field.name for field in dataclasses.fields(gd.types.BaseParameter)]
     section = PAGE.read_text(encoding="utf-8").partition("## Base parameters")[2].partition("## ")[0]
     names_of_kinds = re.findall(r"`(\w+)`", section.partition("Kinds are")[2].partition(":")[0])
     assert names_of_kinds == list(PARAMETER_KINDS)

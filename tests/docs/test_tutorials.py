@@ -31,3 +31,12 @@ def test_they_run(script: Path, tmp_path: Path) -> None:
 def test_they_are_told_of() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert all(f"docs/tutorials/{script.name}" in readme for script in SCRIPTS)
+
+
+def test_ten_tasks_are_short() -> None:
+    """Of 60 lines of code at most: a task takes a few."""
+    text = (FOLDER / "ten_tasks.py").read_text(encoding="utf-8")
+    _, _, cells = text.split('"""', 2)
+    lines = [line for line in cells.splitlines() if line.strip() and not line.startswith("#")]
+    assert len(lines) <= 60
+    assert text.count("\n# ## ") == 10

@@ -12,7 +12,7 @@ import gd_analyze as gd
 from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.robots.parts import Link, Placement
 from gd_analyze.text import LARGEST
@@ -30,6 +30,37 @@ def test_parts_sum_to_what_pinocchio_finds_on_every_shipped_trajectory(name):
         ours = dataset[quantity]
         ours = ours.sum("effect") if "effect" in ours.dims else ours
         assert np.abs(ours.values - theirs).max() <= bounds[quantity], quantity
+
+
+@examples(15)
+@given(arms_with_states(max_joints=4))
+def test_arrays_are_states_in_place_of_a_motion(case):
+    arm, states = case
+    q, qd, qdd = states.arrays
+    dataset = gd.decompose(arm, q=q, qd=qd, qdd=qdd)
+    expected = gd.tables.decompose_states(arm, states)
+    for name in ("inertia", "coriolis_centrifugal", "gravity_loading", "torque"):
+        np.testing.assert_array_equal(dataset[name].values, expected[name], err_msg=name)
+    assert dataset.time.values.tolist() == list(range(len(q)))
+    # One velocity for all positions, at rest otherwise; a single state is a row.
+    np.testing.assert_array_equal(gd.decompose(arm, q=q, qd=qd[0]).qd.values, np.broadcast_to(qd[0], q.shape))
+    still = gd.decompose(arm, q=q[0])
+    np.testing.assert_array_equal(still.torque.values, still.gravity_loading.values)
+    assert still.sizes["time"] == 1
+
+
+def test_a_motion_or_states_are_decomposed():
+    for arguments, told in (
+        ({}, "nothing to decompose"),
+        ({"trajectory": "two-link-swing", "q": [0, 0]}, "a motion and states"),
+        ({"trajectory": "two-link-swing", "qd": [0, 0]}, "qd is for states"),
+        ({"q": [0, 0, 0]}, "q does not fit arm two_link"),
+        ({"q": np.zeros((2, 2, 2))}, "q does not number its states"),
+        ({"q": np.zeros((0, 2))}, "q does not number its states"),
+        ({"q": [0, 0], "qd": "fast"}, "qd is not made of numbers"),
+    ):
+        with pytest.raises(UsageError, match=told):
+            gd.decompose("two_link", **arguments)
 
 
 @examples(15)
@@ -61,10 +92,10 @@ def test_everything_adds_up(case):
 def test_chunks_leave_no_seam(puma, count):
     """A set point's numbers are the same alone, in a short run and across a chunk's edge."""
     states = random_states(6, count, 11)
-    long = gd.decompose_states(puma, states, by_link=True, terms=True, drives=True)
+    long = gd.tables.decompose_states(puma, states, by_link=True, terms=True, drives=True)
     bounds = round_off_bounds(puma, *states.arrays)
     for k in {0, CHUNK // 2, CHUNK - 1, count - 1}:
-        alone = gd.decompose_states(puma, states.at(k), by_link=True, terms=True, drives=True)
+        alone = gd.tables.decompose_states(puma, states.at(k), by_link=True, terms=True, drives=True)
         for name, values in alone.items():
             # Long and short loops of NumPy may sum in another order and take cos and sin by another path,
             # so the argument of two correct programs applies; nearly always the bits agree.
@@ -78,10 +109,10 @@ def test_the_written_arithmetic_gives_the_same_numbers(case):
     arm, states = case
     every = {"by_link": True, "terms": True, "drives": bool(arm.drives)}
     told: list[int] = []
-    ran = gd.decompose_states(arm, states, **every, written=True, progress=told.append)
+    ran = gd.tables.decompose_states(arm, states, **every, written=True, progress=told.append)
     bounds = round_off_bounds(arm, *states.arrays)
     assert sum(told) == states.q[..., 0].size
-    for name, values in gd.decompose_states(arm, states, **every, written=False).items():
+    for name, values in gd.tables.decompose_states(arm, states, **every, written=False).items():
         # Both are correct programs.
         quantity = "inertia" if values.ndim >= 3 and "coriolis" not in name else "torque"
         assert ran[name].shape == values.shape
@@ -93,14 +124,14 @@ def test_written_blocks_leave_no_seam(puma, count):
     states = random_states(6, count, 12)
     bound = round_off_bounds(puma, *states.arrays)["torque"]
     told: list[int] = []
-    ran = gd.decompose_states(puma, states, written=True, progress=told.append)
-    found = gd.decompose_states(puma, states, written=False)
+    ran = gd.tables.decompose_states(puma, states, written=True, progress=told.append)
+    found = gd.tables.decompose_states(puma, states, written=False)
     assert sum(told) == count
     for name, values in found.items():
         # Both are correct programs; torque has the largest bound.
         assert np.abs(ran[name] - values).max() <= bound, name
     assert np.abs(torque_of(puma, states) - found["torque"]).max() <= bound
-    lean = gd.decompose_states(puma, states, christoffel=False, shares=False, written=True)
+    lean = gd.tables.decompose_states(puma, states, christoffel=False, shares=False, written=True)
     assert {*found} - {*lean} == {"christoffel", "centrifugal", "coriolis"}
     assert all(np.array_equal(lean[name], ran[name]) for name in lean)
 
@@ -109,8 +140,8 @@ def test_written_blocks_leave_no_seam(puma, count):
 @given(arms_with_states(max_joints=4))
 def test_any_leading_shape_goes_through_the_same_code(case):
     arm, states = case
-    nested = gd.States(*(x.reshape(2, 3, arm.n_joints) for x in states.arrays))
-    flat, nested, single = (gd.decompose_states(arm, each) for each in (states, nested, states.at(4)))
+    nested = gd.types.States(*(x.reshape(2, 3, arm.n_joints) for x in states.arrays))
+    flat, nested, single = (gd.tables.decompose_states(arm, each) for each in (states, nested, states.at(4)))
     assert flat.keys() == nested.keys() == single.keys()
     allowed = max(round_off_bounds(arm, *states.arrays).values())
     for name, values in flat.items():
@@ -138,5 +169,5 @@ def test_the_largest_numbers_do_not_overflow(two_link):
     link = Link("most", LARGEST, far, LARGEST * np.eye(3), Placement(np.eye(3), far))
     arm = dataclasses.replace(two_link, links=(link, link), gravity=far)
     states = LARGEST * np.random.default_rng(3).uniform(-1, 1, (3, 4, 2))
-    for array in gd.decompose_states(arm, gd.States(*states), by_link=True, terms=True).values():
+    for array in gd.tables.decompose_states(arm, gd.types.States(*states), by_link=True, terms=True).values():
         assert np.isfinite(np.square(array)).all()

@@ -112,10 +112,12 @@ def test_a_drive_is_a_part_of_its_element(parts, drive, verdict):
     assert found.part_consequence.values.tolist() == [x / 3 for x in (*parts, drive)]
     assert found.consequence == (sum(parts) + drive) / 3
     assert found.dominant == ("zero" if not any(parts) else d11(dataset_of(*parts, c=1.0)).dominant)
-    over_time = gd.dominance_over_time(dataset.assign_coords(time=[0.0]), gd.rank(dataset, budget=0.75))
+    over_time = gd.tables.dominance_over_time(
+        dataset.assign_coords(time=[0.0]), gd.rank(dataset, budget=0.75)
+    )
     at = over_time.sel(element="D11").isel(time=0)
     assert at.drive_torque == drive
-    assert gd.verdicts(over_time).sel(element="D11") == verdict
+    assert gd.tables.verdicts(over_time).sel(element="D11") == verdict
     assert at.part_consequence.values.tolist() == found.part_consequence.values.tolist()
 
 
@@ -146,7 +148,7 @@ def test_joints_without_torque_get_no_share(two_link):
     assert not ranking.torque_peak.values.any()
     # A flange that turns about its own axis, at rest and level: its torque is round-off, not a joint's peak.
     links = [Link(name, 1.0, np.zeros(3), size * np.eye(3)) for name, size in (("a", 0.0), ("b", 0.1))]
-    arm = gd.RobotArm("level", (Joint("lift", "prismatic"), Joint("turn")), tuple(links))
+    arm = gd.types.RobotArm("level", (Joint("lift", "prismatic"), Joint("turn")), tuple(links))
     ranking = gd.rank(gd.decompose(arm, rest))
     assert ranking.sel(element="c2").verdict == "zero"
     assert ranking.element.values[0] == "c1"
@@ -188,7 +190,7 @@ def test_rankings_of_random_arms(case, budget):
 
 def test_verdicts_of_the_text():
     """[FGL87] Figs 3.10 and 3.11: 21 elements of D and 6 of h."""
-    text = gd.text_verdicts("puma560")
+    text = gd.tables.text_verdicts("puma560")
     by_verdict = {v: {k for k, w in text.verdicts.items() if w == v} for v in set(text.verdicts.values())}
     assert by_verdict == {
         "translation": {"D12", "D22", "D23", "D33", "D45", "D56", "h1", "h2", "h3"},
@@ -198,4 +200,4 @@ def test_verdicts_of_the_text():
         },
     }  # fmt: skip
     assert set(text.remarks) == {"D45", "D56"}
-    assert gd.text_verdicts("two_link") is None
+    assert gd.tables.text_verdicts("two_link") is None

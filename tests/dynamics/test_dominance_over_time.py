@@ -20,7 +20,7 @@ from strategies import examples, motions
 EPS = float(np.finfo(float).eps)
 
 
-def by_the_text(arm: gd.RobotArm, motion: gd.Trajectory) -> dict[str, np.ndarray]:
+def by_the_text(arm: gd.types.RobotArm, motion: gd.Trajectory) -> dict[str, np.ndarray]:
     """D and h by effect from the text's sums over links, (N, 2) each, [FGL87] (3.4-25) to (3.4-27)."""
     kinematics = solve_kinematics(arm, motion.q.T)
     inertia = dalembert.inertia_by_link(arm, kinematics).sum(axis=1)
@@ -39,8 +39,8 @@ def by_the_text(arm: gd.RobotArm, motion: gd.Trajectory) -> dict[str, np.ndarray
 @given(motions(max_joints=6, count=8, massive=True))
 def test_every_share_is_that_of_a_loop_over_the_texts_equations(case):
     arm, motion = case
-    over_time = gd.dominance_over_time(gd.decompose(arm, motion))
-    verdict = gd.verdicts(over_time)
+    over_time = gd.tables.dominance_over_time(gd.decompose(arm, motion))
+    verdict = gd.tables.verdicts(over_time)
     found = by_the_text(arm, motion)
     # Sums of some hundred products as large as the largest element of D, times squared velocities for h.
     largest = {"D": max(np.abs(v).max() for k, v in found.items() if k[0] == "D")}
@@ -73,7 +73,7 @@ def test_shares_sum_to_one_and_needed_parts_to_those_of_the_motion(case):
     arm, motion = case
     dataset = gd.decompose(arm, motion)
     ranking = gd.rank(dataset, christoffel=True)
-    over_time = gd.dominance_over_time(dataset, ranking)
+    over_time = gd.tables.dominance_over_time(dataset, ranking)
     total, largest = over_time.share.sum("effect", skipna=False), np.abs(over_time.share).max("effect")
     known = ~np.isnan(total.values)
     # Each share has the rounding of one division.
@@ -103,10 +103,10 @@ def test_verdicts_over_the_motion_are_made_of_those_at_its_set_points(case, budg
         arm = dataclasses.replace(arm, drives=tuple(Drive(0.01 * (k + 1)) for k in range(arm.n_joints)))
     dataset, n = gd.decompose(arm, motion), arm.n_joints
     ranking = gd.rank(dataset, budget=budget)
-    over_time = gd.dominance_over_time(dataset, ranking)
+    over_time = gd.tables.dominance_over_time(dataset, ranking)
     for label in ranking.element.values:
         whole, at = ranking.sel(element=label), over_time.sel(element=label)
-        words_at = gd.verdicts(over_time).sel(element=label).values
+        words_at = gd.tables.verdicts(over_time).sel(element=label).values
         verdict, words = str(whole.verdict.values), set(words_at.tolist())
         if verdict in ("zero", "negligible"):
             assert words == {verdict}
@@ -133,7 +133,7 @@ def test_the_puma_in_verdicts():
     """Its wrist is moved by drives; half of the elements count at some set points only."""
     dataset = gd.decompose("puma560", "pick-and-place")
     ranking = gd.rank(dataset)
-    is_small = gd.verdicts(gd.dominance_over_time(dataset, ranking)) == "negligible"
+    is_small = gd.tables.verdicts(gd.tables.dominance_over_time(dataset, ranking)) == "negligible"
     # 17 elements by their links' torque alone; as the drive of joint 6 counts, so does D66.
     assert (is_small.any("time") & ~is_small.all("time")).sum() == 18
     lists = verdict_lists(ranking)
@@ -155,7 +155,7 @@ def test_the_puma_in_verdicts():
 def test_what_h_ijk_make_adds_up_to_h():
     dataset = gd.decompose("puma560", "pick-and-place")
     ranking = gd.rank(dataset, christoffel=True)
-    over_time = gd.dominance_over_time(dataset, ranking)
+    over_time = gd.tables.dominance_over_time(dataset, ranking)
     for i in range(1, 7):
         row = (ranking.quantity == "christoffel") & (ranking.i == i)
         h = over_time.torque.sel(element=f"h{i}")
@@ -165,7 +165,7 @@ def test_what_h_ijk_make_adds_up_to_h():
 
 def test_the_motion_in_stretches():
     """D25 of the PUMA: its translational part vanishes in the middle of the motion."""
-    over_time = gd.dominance_over_time(gd.decompose("puma560", "pick-and-place", drives=False))
+    over_time = gd.tables.dominance_over_time(gd.decompose("puma560", "pick-and-place", drives=False))
     every = stretches(over_time)
     found = every["D25"]
     assert [stretch["verdict"] for stretch in found if stretch["verdict"] != "negligible"] == [
@@ -179,7 +179,7 @@ def test_the_motion_in_stretches():
 def test_consequences_are_of_what_is_allowed_at_the_joint():
     dataset = gd.decompose("puma560", "pick-and-place")
     allowed = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-    over_time = gd.dominance_over_time(dataset, gd.rank(dataset, budget=allowed))
+    over_time = gd.tables.dominance_over_time(dataset, gd.rank(dataset, budget=allowed))
     moved = np.abs(dataset.inertia.sum("effect").values[:, 0, 1])
     shares = np.maximum(
         moved * np.abs(dataset.qdd.values[:, 1]) / 1.0, moved * np.abs(dataset.qdd.values[:, 0]) / 2.0

@@ -106,5 +106,5 @@ def test_decompositions_and_models_include_them(puma, pick_and_place, pick_and_p
         (pick_and_place_dataset, True, peak),
         (pick_and_place, False, own),
     ):
-        exact = gd.ExactDynamics.of(puma, given, drives=drives)
+        exact = gd.types.ExactDynamics.of(puma, given, drives=drives)
         np.testing.assert_allclose(exact.peak_torque, expected, rtol=1e-14)

@@ -20,9 +20,10 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.results.run_result import run_headline
 from gd_analyze.studies import long_motion, main_job
 from gd_analyze.studies.long_motion import LongMotion
+from gd_analyze.studies.main_job import find
 
 LONG = MOST_KEPT + CHUNK + 17
-SETTINGS = gd.Settings(level="element", budget="20%")
+SETTINGS = gd.types.Settings(level="element", budget="20%")
 
 
 def swinging(n_joints: int, count: int) -> gd.Trajectory:
@@ -39,7 +40,7 @@ def long_swing() -> gd.Trajectory:
 
 @pytest.fixture(scope="module")
 def long_findings(two_link, long_swing):
-    return gd.find(two_link, long_swing, SETTINGS)
+    return find(two_link, long_swing, SETTINGS)
 
 
 @pytest.mark.parametrize("options", [{"christoffel": False}, {"by_link": True, "terms": True}])
@@ -80,7 +81,7 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
 ):
     for module in (decomposition, main_job, run):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
-    kept = gd.find(two_link, long_swing, SETTINGS)
+    kept = find(two_link, long_swing, SETTINGS)
     assert kept.trajectory.n_set_points == LONG
     assert long_findings.trajectory.n_set_points <= MOST_KEPT
     assert long_findings.trajectory.n_stated == LONG
@@ -112,7 +113,9 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
     monkeypatch.setattr(LongMotion, "of", blind)
     stated = LongMotion.stated
     monkeypatch.setattr(LongMotion, "stated", lambda *given: searches.append(1) or stated(*given))
-    found = gd.find(two_link, long_swing, gd.Settings(level=level, budget="3%", at_set_points=at_set_points))
+    found = find(
+        two_link, long_swing, gd.types.Settings(level=level, budget="3%", at_set_points=at_set_points)
+    )
     assert len(searches) > 2
     for model in (found.model, found.element_model):
         torque = model.torque(long_swing.q, long_swing.qd, long_swing.qdd)
@@ -138,7 +141,7 @@ def test_every_extreme_is_drawn(two_link, long_swing):
 
 def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_swing, long_findings, tmp_path):
     path = tmp_path / "analysis.h5"
-    gd.save_results(long_findings, path)
+    gd.tables.save_results(long_findings, path)
     read = gd.load_findings(path)
     every = read.tables["every_set_point"]
     assert not any(variable._in_memory for variable in every.data_vars.values())
@@ -150,7 +153,7 @@ def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_sw
     np.testing.assert_allclose(every.simplified_torque, torque, rtol=1e-13)
     assert "christoffel" not in every
     assert render_html(read) == render_html(long_findings)
-    gd.save_results(read, path)  # over the file that is being read
+    gd.tables.save_results(read, path)  # over the file that is being read
     read = gd.load_findings(path)
     every = read.tables["every_set_point"]
     assert every.inertia.shape[0] == LONG
@@ -166,12 +169,12 @@ def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_sw
 
 
 def test_what_is_stored_of_a_long_motion_can_be_chosen(two_link, long_swing, monkeypatch):
-    every = gd.find(two_link, long_swing, gd.Settings(level="element", christoffel=True))
+    every = find(two_link, long_swing, gd.types.Settings(level="element", christoffel=True))
     assert {"christoffel", "inertia"} <= {*every.tables["every_set_point"]}
-    some = gd.find(two_link, long_swing, gd.Settings(level="element", every_set_point=False))
+    some = find(two_link, long_swing, gd.types.Settings(level="element", every_set_point=False))
     assert "every_set_point" not in some.tables
     monkeypatch.setattr(main_job, "MOST_STORED", LONG - 1)
-    assert "every_set_point" not in gd.find(two_link, long_swing, gd.Settings(level="element")).tables
+    assert "every_set_point" not in find(two_link, long_swing, gd.types.Settings(level="element")).tables
 
 
 PEAK = """
@@ -182,8 +185,8 @@ from test_long_trajectories import swinging
 from pathlib import Path
 
 arm = gd.load_arm("puma560")
-settings = gd.Settings(level="element", budget=gd.Budget.parse("20%"))
-found = gd.find(arm, swinging(6, int(sys.argv[1])), settings)
+settings = gd.types.Settings(level="element", budget=gd.types.Budget.parse("20%"))
+found = find(arm, swinging(6, int(sys.argv[1])), settings)
 write_findings(found, Path(sys.argv[2]), ("h5", "json", "csv", "html"))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """

@@ -15,15 +15,16 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import Drive, Joint, Link
+from gd_analyze.studies.main_job import find
 from strategies import arms_with_states, examples
 
 
-def at(*q: list[float]) -> gd.States:
+def at(*q: list[float]) -> gd.types.States:
     positions = np.array(q)
-    return gd.States(positions, 0 * positions, 0 * positions)
+    return gd.types.States(positions, 0 * positions, 0 * positions)
 
 
-def below_zero(two_link: gd.RobotArm, moment: float) -> gd.RobotArm:
+def below_zero(two_link: gd.types.RobotArm, moment: float) -> gd.types.RobotArm:
     """The rods with a negative moment of the second about its axis: 0.25 + moment is its D_22."""
     second = dataclasses.replace(two_link.links[1], inertia_com=np.diag([0.0, 1 / 12, moment]))
     return dataclasses.replace(two_link, links=(two_link.links[0], second))
@@ -32,13 +33,13 @@ def below_zero(two_link: gd.RobotArm, moment: float) -> gd.RobotArm:
 def test_an_inertia_that_no_body_has_but_that_leaves_d_positive_is_computed_with(two_link):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
-        findings = gd.find(below_zero(two_link, -0.01), "two-link-swing")
+        findings = find(below_zero(two_link, -0.01), "two-link-swing")
     assert [text for text in findings.warnings if "negative" in text]
     assert findings.model.operations.total > 0
 
 
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
-@pytest.mark.parametrize("use", [gd.find, gd.simplify, gd.ExactDynamics.of])
+@pytest.mark.parametrize("use", [find, gd.simplify, gd.types.ExactDynamics.of])
 def test_nothing_is_found_of_one_that_makes_it_indefinite(two_link, use):
     match = f"D is not positive definite.*link {two_link.links[1].name}"
     with pytest.raises(ArmError, match=match) as caught:
@@ -75,7 +76,7 @@ def test_sliding_far_is_not_singular(two_link):
     rail, along = Link("rail", 5.0, np.zeros(3), 0.1 * np.eye(3)), np.eye(3)[0]
     small = dataclasses.replace(two_link.links[1], mass=1e-3, com=np.zeros(3), inertia_com=1e-7 * np.eye(3))
     joints = (Joint("rail", "prismatic", axis=along), *two_link.joints)
-    arm = gd.RobotArm("on rails", joints, (rail, two_link.links[0], small), two_link.gravity)
+    arm = gd.types.RobotArm("on rails", joints, (rail, two_link.links[0], small), two_link.gravity)
     require_positive_definite(arm, at([1000.0, 0.2, 0.3], [-1000.0, 0.3, 0.4]), drives=False)
 
 
@@ -100,4 +101,4 @@ def test_what_is_refused_is_what_pinocchio_finds_singular(case):
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
 def test_shipped_arms_pass_everywhere(name):
     arm = gd.load_arm(name)
-    require_positive_definite(arm, gd.states_in_box(arm, 2000), drives=False)
+    require_positive_definite(arm, gd.tables.states_in_box(arm, 2000), drives=False)

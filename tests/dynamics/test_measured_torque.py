@@ -28,7 +28,7 @@ CLOSE = 1e-9
 
 
 def exact_of(arm: RobotArm, motion: Trajectory) -> FloatArray:
-    return torque_of(arm, gd.states_of(motion))
+    return torque_of(arm, gd.tables.states_of(motion))
 
 
 @given(gain=st.floats(0.1, 10.0), offset=st.floats(-100.0, 100.0), sign=st.sampled_from([-1.0, 1.0]))

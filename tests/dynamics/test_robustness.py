@@ -22,7 +22,7 @@ EPS = float(np.finfo(float).eps)
 EVERYTHING = "mass=5%,com=2mm,inertia=10%"
 
 
-def sampled_arm(arm: gd.RobotArm, drawn: Drawn, sample: int) -> gd.RobotArm:
+def sampled_arm(arm: gd.types.RobotArm, drawn: Drawn, sample: int) -> gd.types.RobotArm:
     """The arm whose links have the sampled parameters."""
     links = []
     for link, points, matter in zip(arm.links, drawn.points[sample], drawn.matter[sample], strict=True):
@@ -41,7 +41,7 @@ def test_parts_of_sampled_arms_are_those_that_decompose_gives(case, seed):
     drawn = Drawn.from_arm(arm, 3, np.random.default_rng(seed))
     per_unit = elements_per_unit(arm, states.q.T, states.qd.T)
     for sample in range(3):
-        found = gd.decompose_states(sampled_arm(arm, drawn, sample), states)
+        found = gd.tables.decompose_states(sampled_arm(arm, drawn, sample), states)
         parts = np.array([e.parts(found) for e in elements(arm.n_joints) if e.quantity != "gravity_loading"])
         for effect, sampled in enumerate((drawn.points, drawn.matter)):
             ours = np.einsum("xnlp,lp->xn", per_unit, sampled[sample])
@@ -54,7 +54,7 @@ def test_parts_of_sampled_arms_are_those_that_decompose_gives(case, seed):
 def test_probabilities_are_those_of_plain_monte_carlo():
     """500 arms drawn here, decomposed and ranked one by one."""
     puma = gd.load_arm("puma560")
-    found = gd.robustness(puma, "pick-and-place", EVERYTHING)
+    found = gd.tables.robustness(puma, "pick-and-place", EVERYTHING)
     arm = with_uncertainty(puma, EVERYTHING)
     motion = gd.read_trajectory("pick-and-place", puma)
     rng, counts = np.random.default_rng(1), 500
@@ -82,7 +82,7 @@ def test_probabilities_are_those_of_plain_monte_carlo():
     assert (np.abs(found.probability.sum("verdict") - 1) < 1e-12).all()
 
 
-def plainly_drawn(arm: gd.RobotArm, rng: np.random.Generator) -> gd.RobotArm:
+def plainly_drawn(arm: gd.types.RobotArm, rng: np.random.Generator) -> gd.types.RobotArm:
     """Draw one arm, link by link, inconsistent links again."""
     links = []
     for link in arm.links:
@@ -109,13 +109,13 @@ def part_of(dataset, label: str):
 
 def test_what_is_drawn_again_or_not_uncertain_is_said():
     puma = gd.load_arm("puma560")
-    found = gd.robustness(puma, "pick-and-place", samples=2000)
+    found = gd.tables.robustness(puma, "pick-and-place", samples=2000)
     assert found.attrs["exactly_known"] == "mass of every link; com of every link"
     # Link 3 breaks the triangle inequality as published, so it is not checked; link 2 nearly does.
     assert found.redrawn.values[2] == 0 < found.redrawn.values[1]
-    same = gd.robustness(puma, "pick-and-place", samples=2000)
+    same = gd.tables.robustness(puma, "pick-and-place", samples=2000)
     assert found.identical(same)
-    other = gd.robustness(puma, "pick-and-place", samples=2000, seed=1)
+    other = gd.tables.robustness(puma, "pick-and-place", samples=2000, seed=1)
     assert not found.identical(other)
 
 
@@ -132,15 +132,15 @@ def test_a_payload_is_known_exactly():
 @pytest.mark.parametrize("text", ["mass=5", "mass=5%,mass=2%", "length=2mm", "com=5%", "", "inertia=-1%"])
 def test_uncertainties_that_cannot_be_read_are_refused(text):
     with pytest.raises(gd.GdAnalyzeError, match="mass=5%"):
-        gd.robustness("puma560", "pick-and-place", text)
+        gd.tables.robustness("puma560", "pick-and-place", text)
 
 
 def test_what_cannot_be_drawn_is_refused():
     """Of a thin rod hardly any two moments drawn independently differ by less than the third."""
     rod = Link("rod", 2.0, np.array([0.5, 0.0, 0.0]), np.diag([1e-6, 0.3, 0.3]))
-    arm = gd.RobotArm("pendulum", (Joint("1"),), (rod,))
+    arm = gd.types.RobotArm("pendulum", (Joint("1"),), (rod,))
     motion = Trajectory(np.linspace(0, 1, 5), *np.ones((3, 5, 1)), "swing")
     with pytest.raises(gd.GdAnalyzeError, match="link rod"):
-        gd.robustness(arm, motion, "inertia=10%", samples=50)
+        gd.tables.robustness(arm, motion, "inertia=10%", samples=50)
     with pytest.raises(gd.GdAnalyzeError, match="no stated uncertainty"):
-        gd.robustness("two_link", "two-link-swing")
+        gd.tables.robustness("two_link", "two-link-swing")

@@ -22,7 +22,7 @@ from strategies import random_states
 LINKS = ("two_link", "puma560", "stanford")
 CASES = (
     *LINKS,
-    *(f"two_link {level}" for level in gd.LEVELS),
+    *(f"two_link {level}" for level in gd.types.LEVELS),
     "puma560 term",
     "puma560 fast",
     "stanford element",
@@ -42,12 +42,12 @@ ODD = {
 }
 
 
-def _odd(name: str) -> gd.RobotArm:
+def _odd(name: str) -> gd.types.RobotArm:
     mass, *kinds = ODD[name]
     limits = {"lower": -3.0, "upper": 3.0, "velocity_limit": 3.0, "acceleration_limit": 10.0}
     joints = tuple(Joint(f"j{k}", kind, **limits) for k, kind in enumerate(kinds))
     links = tuple(Link(f"l{k}", mass, np.zeros(3), np.eye(3) * 0.1 * mass) for k in range(len(kinds)))
-    return gd.RobotArm(name, joints, links, np.array([0.0, 0.0, -9.81]))
+    return gd.types.RobotArm(name, joints, links, np.array([0.0, 0.0, -9.81]))
 
 
 # Made when a test asks for them, and not before: programs are kept in the tests' own folder.
@@ -65,33 +65,33 @@ def subject(case: str) -> ExportInput:
     if what == "fast":
         form = ExactForm(arm, arm.counts_drives(None))
         return proven(promising_nothing(form, FAST, {}, rounded(form.program)))
-    return proven(exact_model(arm, arm.counts_drives(None), gd.LEVELS[what]))
+    return proven(exact_model(arm, arm.counts_drives(None), gd.types.LEVELS[what]))
 
 
 @cache
-def states(case: str, count: int = 1000) -> gd.States:
+def states(case: str, count: int = 1000) -> gd.types.States:
     """Many states of a case's arm."""
     name = case.partition(" ")[0]
     if name in ODD:
         return random_states(len(ODD[name]) - 1, count, 2)
-    return gd.states_in_box(gd.load_arm(name), count, seed=5)
+    return gd.tables.states_in_box(gd.load_arm(name), count, seed=5)
 
 
-def proven(model: gd.SimplifiedModel) -> ExportInput:
+def proven(model: gd.types.SimplifiedModel) -> ExportInput:
     """With numbers as if something were proven: what they are does not matter to a printer."""
     n = model.arm.n_joints
     # No number of these is one of single precision.
-    box = gd.Box(np.full(n, -0.7), np.full(n, 1.1), np.full(n, 2.3), np.full(n, 3.3), "a box")
+    box = gd.types.Box(np.full(n, -0.7), np.full(n, 1.1), np.full(n, 2.3), np.full(n, 3.3), "a box")
     nothing = np.zeros((n, n))
     certificate = Certificate(box, 0.1 + np.arange(n) / 3, np.zeros(n), (nothing, nothing, nothing))
     return ExportInput.of_model(model, None, certificate)
 
 
-def round_model(arm: gd.RobotArm, level: str = "energy") -> gd.SimplifiedModel:
+def round_model(arm: gd.types.RobotArm, level: str = "energy") -> gd.types.SimplifiedModel:
     """A model of few digits, the same to the last bit on every machine."""
     form = ExactForm(arm)
-    terms = {term: round(weight, 3) for term, weight in gd.LEVELS[level].terms(form).items()}
-    return model_of(form, gd.LEVELS[level], {term: x for term, x in terms.items() if x})
+    terms = {term: round(weight, 3) for term, weight in gd.types.LEVELS[level].terms(form).items()}
+    return model_of(form, gd.types.LEVELS[level], {term: x for term, x in terms.items() if x})
 
 
 # Names chosen to do harm: they end a comment, a string or a line somewhere, or mean something there.

@@ -110,7 +110,7 @@ def size_of(function: Function) -> int:
 def run_compiled(
     what: ExportInput,
     language: str,
-    states: gd.States,
+    states: gd.types.States,
     folder: Path,
     scalar: str = "double",
     counts: Sequence[int] = (),
@@ -163,7 +163,9 @@ def imported(what: ExportInput, language: str, folder: Path) -> ModuleType:
     return module
 
 
-def run_imported(what: ExportInput, language: str, states: gd.States, folder: Path) -> dict[str, FloatArray]:
+def run_imported(
+    what: ExportInput, language: str, states: gd.types.States, folder: Path
+) -> dict[str, FloatArray]:
     """Every function's outputs (outputs, states)."""
     module, count, found = imported(what, language, folder), len(states), {}
     for function in what.functions:

@@ -144,7 +144,7 @@ def test_sines_are_as_exact_as_the_librarys_at_any_angle(library):
     q1 = np.concatenate([quarters, np.nextafter(quarters, 9e9), drawn, far]).astype(kind).astype(float)
     q = np.array([q1, np.zeros_like(q1)])
     sound = np.isfinite(q1)
-    still = gd.States(q.T[sound], *np.zeros((2, sound.sum(), 2)))
+    still = gd.types.States(q.T[sound], *np.zeros((2, sound.sum(), 2)))
     expected = subject("two_link energy").torque.program.run(program_inputs(still))
     weights = np.abs(expected).max(axis=1)
     one_by_one, out = np.empty_like(q), (number * 2)()

@@ -59,14 +59,14 @@ def test_functions_of_a_model_are_the_models(case):
 @pytest.mark.parametrize("name", LINKS)
 def test_functions_of_an_arm_are_its_exact_dynamics_and_parts_sum_to_the_whole(name):
     what, drawn = subject(name), states(name)
-    numeric = gd.decompose_states(what.arm, drawn, christoffel=False, drives=what.drives)
+    numeric = gd.tables.decompose_states(what.arm, drawn, christoffel=False, drives=what.drives)
     drives = np.diag(what.arm.drive_inertia) if what.drives else 0.0
     found = values(what, drawn)
     assert_close(found["tau"], torque_of(what.arm, drawn, drives=what.drives))
     assert_close(found["D"], numeric["inertia"].sum(axis=1) + drives)
     assert_close(found["h"], numeric["coriolis_centrifugal"].sum(axis=1))
     assert_close(found["c"], numeric["gravity_loading"])
-    numeric = gd.decompose_states(what.arm, drawn, christoffel=False, drives=False)
+    numeric = gd.tables.decompose_states(what.arm, drawn, christoffel=False, drives=False)
     parts = values(subject(f"{name} decomposition"), drawn)
     for k, effect in enumerate(("tran", "rot")):
         assert_close(parts[f"D_{effect}"], numeric["inertia"][:, k])
@@ -79,7 +79,7 @@ def test_derivatives_are_pinocchios_and_forward_dynamics_undo_the_torque(name):
     """Of the exact dynamics, drives left out: Pinocchio's derivatives, Coriolis matrix and aba."""
     arm = gd.load_arm(name)
     what = ExportInput.of_exact(ExactForm(arm, False)).with_functions(FURTHER[:3])
-    drawn, n = gd.states_in_box(arm, 50, seed=3), arm.n_joints
+    drawn, n = gd.tables.states_in_box(arm, 50, seed=3), arm.n_joints
     found, model = values(what, drawn), pinocchio_model(arm)
     data = model.createData()
     for k, (q, qd, qdd) in enumerate(zip(*drawn.arrays, strict=True)):
@@ -115,7 +115,7 @@ def test_further_functions_of_a_model_are_of_its_own_torque(case):
     assert (np.abs(needed - drawn.qdd).max(axis=1) <= ROUND_OFF * size).all()
     if plain.model.level.is_mechanical:
         step = 1e-6
-        moved = [gd.States(drawn.q + sign * step * drawn.qd, drawn.qd, drawn.qdd) for sign in (1, -1)]
+        moved = [gd.types.States(drawn.q + sign * step * drawn.qd, drawn.qd, drawn.qdd) for sign in (1, -1)]
         later, before = (values(plain, each)["D"] for each in moved)
         skew = (later - before) / (2.0 * step) - 2.0 * found["C"]
         # Central differences err by the third derivative times the step squared, and by eps over the step.
@@ -128,7 +128,7 @@ def test_a_payload_adds_what_an_arm_that_carries_it_needs_more(name):
     plain = gd.load_arm(name)
     turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     for arm in (plain, replace(plain, tip="hand", tip_frame=Placement(turn, np.array([0.1, 0.02, -0.3])))):
-        drawn, (mass, *rest) = gd.states_in_box(arm, 50, seed=4), PAYLOAD
+        drawn, (mass, *rest) = gd.tables.states_in_box(arm, 50, seed=4), PAYLOAD
         carrying = with_payload(arm, mass, rest[:3], rest[3:])
         more = torque_of(carrying, drawn, drives=False) - torque_of(arm, drawn, drives=False)
         what = replace(subject(name), arm=arm).with_functions(["payload"])
@@ -140,7 +140,7 @@ def test_the_regressor_is_pinocchios_mapped_to_base_parameters(name):
     """For links of any mass distribution: a regressor of the wrong map would agree for some of them only."""
     arm, rng = gd.load_arm(name), np.random.default_rng(3)
     what = ExportInput.of_exact(ExactForm(arm)).with_functions(["regressor", "parameters"])
-    drawn, n = gd.states_in_box(arm, 20, seed=4), arm.n_joints
+    drawn, n = gd.tables.states_in_box(arm, 20, seed=4), arm.n_joints
     per_base = values(what, drawn)["Y"]
     assert per_base.shape == (20, n, len(what.base))
     torque = next(each for each in what.functions if each.name == "torque_of_parameters")
@@ -173,7 +173,7 @@ def test_the_regressor_is_pinocchios_mapped_to_base_parameters(name):
 def test_the_stated_base_parameters_give_the_torque_with_drives(name):
     arm = gd.load_arm(name)
     what = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None))).with_functions(["regressor"])
-    found = values(what, gd.states_in_box(arm, 50, seed=4))
+    found = values(what, gd.tables.states_in_box(arm, 50, seed=4))
     assert_close(found["Y"] @ np.array(what.constants["base_parameters"].values), found["tau"])
 
 
@@ -201,8 +201,8 @@ def test_what_is_exported_can_be_called_at_once(language, two_link):
 
 def test_friction_is_that_of_the_drives(puma, two_link):
     what = ExportInput.of_exact(ExactForm(puma)).with_functions(["friction"])
-    drawn = gd.states_in_box(puma, 100)
-    still = gd.States(drawn.q, np.where(drawn.q > 0.0, drawn.qd, 0.0), drawn.qdd)
+    drawn = gd.tables.states_in_box(puma, 100)
+    still = gd.types.States(drawn.q, np.where(drawn.q > 0.0, drawn.qd, 0.0), drawn.qdd)
     wanted = viscous_coefficients(puma) * still.qd + coulomb_friction(puma, still.qd)
     assert_close(values(what, still)["tau_friction"], wanted)
     with pytest.raises(ArmError, match="describes no drives"):
@@ -259,7 +259,7 @@ def test_a_name_that_is_advised_is_taken():
 
 def test_what_does_not_fit_is_refused(two_link, swing):
     model = subject("two_link energy").model
-    tube = gd.certify(model, gd.Tube.along(two_link, swing))
+    tube = gd.certify(model, gd.types.Tube.along(two_link, swing))
     for other in (subject("stanford energy").certificate, tube):
         with pytest.raises(UsageError, match="certificate"):
             ExportInput.of_model(model, None, other)

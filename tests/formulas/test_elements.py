@@ -75,7 +75,7 @@ def test_plain_and_latex():
 def test_a_script_of_sympy_is_the_exact_form(name, rng):
     sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install sympy")
     arm = gd.load_arm(name)
-    harmonics = gd.harmonics_of(arm)
+    harmonics = gd.tables.harmonics_of(arm)
     q = rng.uniform(-3.0, 3.0, (arm.n_joints, 20))
     symbols = sympy.symbols([f"q{j + 1}" for j in range(arm.n_joints)], real=True)
     for equation in equations(harmonics, ("D", "c")):

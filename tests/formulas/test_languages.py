@@ -33,7 +33,7 @@ PAGE, PLAIN, LATEX, TYPST = PageMathML(), Plain(), LatexPrinter(), Typst()
 
 @pytest.fixture(scope="module", params=("two_link", "puma560", "stanford", "scara"))
 def harmonics(request: pytest.FixtureRequest) -> Harmonics:
-    return gd.harmonics_of(scara() if request.param == "scara" else gd.load_arm(request.param))
+    return gd.tables.harmonics_of(scara() if request.param == "scara" else gd.load_arm(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_typst_side_by_side_with_the_plain_form():
     """Numbers, powers, indices and dots."""
     (inertia,) = map(element_formula, equations(gd.load_arm("stanford"), ("D11",)))
     assert TYPST.line(inertia).startswith("D_(11) = 6.47 thin S_(2)^2 thin d_(3)^2 - 5.5 thin S_(2)^2 thin")
-    harmonics = gd.harmonics_of(gd.load_arm("two_link"))
+    harmonics = gd.tables.harmonics_of(gd.load_arm("two_link"))
     torques = torques_of_energies(energy_terms(harmonics), harmonics.velocities)
     _, torque = torque_formulas(harmonics.velocities, torques)
     assert PLAIN.line(torque).startswith("tau2 = 0.5 C2 pdd1 + 0.333 pdd2 + 0.5 S2 pd1²")

@@ -16,7 +16,6 @@ from hostile_values import Raw
 from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
-from gd_analyze.certification.simplifying import simplify
 from gd_analyze.operations.program import plain_program
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.description import arm_from_description, fingerprint
@@ -25,6 +24,7 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest, load_model, save_model
+from gd_analyze.studies.simplifying import simplify
 from made_models import exact_model
 from recordings import swung
 

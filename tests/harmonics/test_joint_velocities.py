@@ -49,7 +49,7 @@ def test_torques_are_the_same(arm):
 @pytest.mark.parametrize("level", ["term", "energy"])
 def test_equations_by_element_are_the_model(puma, level):
     model = gd.simplify(puma, "pick-and-place", level=level, sine_price=0)
-    own, states = model.form.velocities.in_joint_velocities(model.torques), gd.states_in_box(puma, 50)
+    own, states = model.form.velocities.in_joint_velocities(model.torques), gd.tables.states_in_box(puma, 50)
     found, size = torques_of(own, states)
     assert np.abs(found - model.torque(*states.arrays)).max() <= 1e-13 * size.max()
     lines = dict(re.findall(r"(?m)^(\w+) = (.*)$", str(model.equations)))

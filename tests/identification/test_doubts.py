@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def headline(found: Identification) -> str:
     return identification_result(found, None, {}).headline
 
 
-def error_of(arm: gd.RobotArm, true: TrueArm) -> float:
+def error_of(arm: gd.types.RobotArm, true: TrueArm) -> float:
     """RMS error of the torque of links and drives at independent states, over the torque's RMS."""
     independent = states_in_box(true.arm, 200)
     wanted = torque_of(true.arm, independent, drives=False) + true.drives * independent.qdd
@@ -68,6 +69,8 @@ def test_a_sound_log_raises_no_doubt_and_improves_the_file(puma, true, sound):
     # Links off by some 20 %; noise of 1 % over five hundred rows leaves far less.
     assert error_of(found.arm, true) < 0.05 < 0.1 < error_of(puma, true)
     assert "stay" not in headline(found)
+    page = ElementTree.fromstring(f"<p>{found._repr_html_()}</p>")
+    assert [len(row) for row in page.iter("tr")] == [5] * (1 + puma.n)
 
 
 @pytest.mark.parametrize("factor", [1000.0, 100.0, 0.01])

@@ -24,12 +24,12 @@ EPS = np.finfo(float).eps
 
 
 @pytest.fixture(scope="module", params=["two_link", "puma560"])
-def dense(request: pytest.FixtureRequest) -> tuple[gd.RobotArm, gd.Plan]:
+def dense(request: pytest.FixtureRequest) -> tuple[gd.types.RobotArm, gd.Plan]:
     arm = gd.load_arm(request.param)
     return arm, exciting_motion(arm, DURATION, DENSE)
 
 
-def told(arm: gd.RobotArm, states: FloatArray) -> float:
+def told(arm: gd.types.RobotArm, states: FloatArray) -> float:
     """Log of the determinant for the links alone, q, qd and qdd of shape (3, n, N)."""
     base = base_parameters(arm, drives=False).matrix.reshape(-1, 10 * arm.n_joints)
     rows = regressor(arm, *states).reshape(arm.n_joints, 10 * arm.n_joints, -1)
@@ -219,11 +219,13 @@ def test_drives_can_give_its_torque(two_link):
     """As large as the torque limits allow; a warning where even the arm's weight is too much."""
     limits = np.array([45.0, 10.0])
     arm = dataclasses.replace(two_link, drives=tuple(Drive(torque_limit=limit) for limit in limits))
-    free = np.abs(torque_of(two_link, gd.states_of(exciting_motion(two_link, DURATION).trajectory))).max(
+    free = np.abs(
+        torque_of(two_link, gd.tables.states_of(exciting_motion(two_link, DURATION).trajectory))
+    ).max(axis=0)
+    assert (free > limits).all()
+    kept = np.abs(torque_of(arm, gd.tables.states_of(exciting_motion(arm, DURATION, DENSE).trajectory))).max(
         axis=0
     )
-    assert (free > limits).all()
-    kept = np.abs(torque_of(arm, gd.states_of(exciting_motion(arm, DURATION, DENSE).trajectory))).max(axis=0)
     # Instants looked at are some 3 ms apart: a peak between them is missed by less than a thousandth.
     assert (kept <= 1.001 * limits).all()
     # Sizes are tried in steps of a hundredth.

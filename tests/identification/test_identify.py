@@ -42,7 +42,7 @@ def found(puma, true, motion) -> Identification:
     return gd.identify(puma, true.log(*motion))
 
 
-def massless(arm: gd.RobotArm) -> gd.RobotArm:
+def massless(arm: gd.types.RobotArm) -> gd.types.RobotArm:
     nothing = [replace(link, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))) for link in arm.links]
     return replace(arm, links=tuple(nothing), drives=())
 
@@ -117,7 +117,7 @@ def test_torques_of_another_motion_are_met_to_the_noise(puma, true, found, motio
     _, fresh = fourier(puma, 12.0, 50.0, 7)
     noise = 0.01 * np.sqrt((true.torque(motion[1]) ** 2).mean(axis=0))
     coulomb, viscous, offset = found.friction.T
-    ours = gd.ExactDynamics.of(found.arm, fresh, drives=True).torque
+    ours = gd.types.ExactDynamics.of(found.arm, fresh, drives=True).torque
     ours = ours + coulomb * np.sign(fresh.qd) + viscous * fresh.qd + offset
     off = np.sqrt(((ours - true.torque(fresh)) ** 2).mean(axis=0))
     assert (np.hypot(off, noise) <= 1.2 * noise).all()
@@ -125,7 +125,7 @@ def test_torques_of_another_motion_are_met_to_the_noise(puma, true, found, motio
 
 def test_the_arm_is_the_parameters_stated(puma, found):
     """Base parameters of the arm written are those identified: to round-off."""
-    stated = np.array([one.number for one in gd.base_parameters(found.arm, drives=True)])
+    stated = np.array([one.number for one in gd.tables.base_parameters(found.arm, drives=True)])
     sizes = np.abs(base_matrix(puma)[1]) @ found.estimate.sizes[:66]
     assert (np.abs(stated - values(found)) <= 1e3 * EPS * sizes).all()
 
@@ -223,7 +223,7 @@ def test_links_that_a_file_states_nothing_of_begin_as_rods(puma, true, motion):
     assert identifiable(found).sum() >= 36
     assert (found.arm.mass > 0.0).all()
     _, fresh = fourier(puma, 6.0, 20.0, 8)
-    ours = gd.ExactDynamics.of(found.arm, fresh, drives=True).torque
+    ours = gd.types.ExactDynamics.of(found.arm, fresh, drives=True).torque
     coulomb, viscous, offset = found.friction.T
     off = ours + coulomb * np.sign(fresh.qd) + viscous * fresh.qd + offset - true.torque(fresh)
     # What the log does not tell is as the rods have it, and makes up to a thousandth.
@@ -233,7 +233,7 @@ def test_links_that_a_file_states_nothing_of_begin_as_rods(puma, true, motion):
 def test_uncertainty_is_that_of_the_base_parameters(puma, found, motion):
     """The torque's standard uncertainty from the arm's spread is that from the covariance, row by row."""
     _, fresh = fourier(puma, 6.0, 5.0, 2)
-    stated = gd.torque_uncertainty(found.arm, fresh, drives=True)
+    stated = gd.tables.torque_uncertainty(found.arm, fresh, drives=True)
     rows = regressor(puma, *fresh.last).reshape(6, 60, -1)
     drives = np.einsum("ij,jn->ijn", np.eye(6), fresh.qdd.T)
     per_unit = np.concatenate([rows, drives], axis=1)
@@ -251,10 +251,10 @@ def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
 
     (tmp_path / "arm.toml").write_text(toml_of(found.arm))
     states = states_in_box(found.arm, 20)
-    stated = gd.torque_uncertainty(found.arm, states)
+    stated = gd.tables.torque_uncertainty(found.arm, states)
     for again in (gd.load_arm(tmp_path / "arm.toml"), arm_from_description(describe(found.arm))):
         np.testing.assert_array_equal(again.spread, found.arm.spread)
-        np.testing.assert_array_equal(gd.torque_uncertainty(again, states), stated)
+        np.testing.assert_array_equal(gd.tables.torque_uncertainty(again, states), stated)
     broken = toml_of(found.arm).replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)
     (tmp_path / "arm.toml").write_text(broken)
     with pytest.raises(gd.GdAnalyzeError, match="does not fit the arm"):
@@ -268,7 +268,7 @@ def test_a_model_as_exact_as_the_log(two_link, tmp_path):
     few = States(*(x[::10] for x in states.arrays))
     model = gd.simplify(arm, few, "uncertainty")
     assert model.operations.total < gd.simplify(arm, few, "0.01%").operations.total
-    allowed = gd.torque_uncertainty(arm, few).max(axis=0)
+    allowed = gd.tables.torque_uncertainty(arm, few).max(axis=0)
     # The budget is stated with six digits.
     np.testing.assert_allclose(model.accuracy.allowed, allowed, rtol=1e-5)
     gd.save_model(model, tmp_path / "model.json")
@@ -276,7 +276,7 @@ def test_a_model_as_exact_as_the_log(two_link, tmp_path):
 
 
 def test_verdicts_are_as_sure_as_the_log(found, pick_and_place):
-    sure = gd.robustness(found.arm, pick_and_place, samples=500)
+    sure = gd.tables.robustness(found.arm, pick_and_place, samples=500)
     assert sure.attrs["exactly_known"] == ""
     # Drawn from the covariance: elements that it knows are sure, and no probability is lost.
     np.testing.assert_allclose(sure.probability.sum("verdict"), 1.0)

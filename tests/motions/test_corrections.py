@@ -89,7 +89,7 @@ def test_a_log_says_how_it_was_corrected(two_link, tmp_path):
     time = np.arange(0.0, 2.0, 0.01)
     rows = np.column_stack([time, np.sin(time), np.cos(time), 2 * time, 3 * time])
     np.savetxt(path, rows, delimiter=",", header="time,q1,q2,tau1,tau2", comments="")
-    reading = gd.Reading.of(torque_sign="-1,1", offset=["1=90deg"], measured=True)
+    reading = gd.types.Reading.of(torque_sign="-1,1", offset=["1=90deg"], measured=True)
     motion = gd.read_trajectory(path, two_link, reading)
     assert "--torque-sign -1,1 --offset 1=1.5708" in motion.origin
     assert motion.recording is not None

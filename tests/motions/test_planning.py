@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -14,6 +12,7 @@ from log_arms import arm_of
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import limit_report
+from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.motions.profiles import PROFILES
 
 FREE = arm_of("1", "2")
@@ -121,7 +120,7 @@ def test_set_points(knots, profile, duration, stretch):
     # Stretches whose lengths differ by less than 25, their times by less than 5 (square root).
     assume(np.abs(np.diff(knots, axis=0)).max(axis=1).min() > 6.0 / 25)
     quick, slow = (
-        gd.plan(FREE, knots[0], knots[3], knots[1:3], schedule=gd.Schedule(t, profile, 501)).trajectory
+        gd.plan(FREE, knots[0], knots[3], t, via=knots[1:3], profile=profile, n_set_points=501)
         for t in (duration, stretch * duration)
     )
     np.testing.assert_array_equal(quick.time, np.linspace(0, duration, 501))
@@ -137,7 +136,7 @@ def test_set_points(knots, profile, duration, stretch):
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_vias_are_passed_at_the_times_asked_for(two_link, profile):
     via, times = np.array([[0.3, -0.2], [0.1, 0.5]]), [1.5, 4.0]
-    planned = gd.plan(two_link, [0, 0], [1, 1], via, schedule=gd.Schedule(6.0, profile, 13, times))
+    planned = plan_motion(two_link, [0, 0], [1, 1], via, schedule=Schedule(6.0, profile, 13, times))
     np.testing.assert_array_equal(planned.knot_times, [0, 1.5, 4.0, 6.0])
     at = np.searchsorted(planned.trajectory.time, times)
     assert np.abs(planned.trajectory.q[at] - via).max() <= TOLERANCE
@@ -145,7 +144,7 @@ def test_vias_are_passed_at_the_times_asked_for(two_link, profile):
 
 def test_default_via_times_follow_the_slowest_joint(two_link):
     # Velocity limits 3 and 4 rad/s: the stretches ask for 0.3 / 3 and 1.6 / 4 s, shares 1 : 2.
-    planned = gd.plan(two_link, [0, 0], [0.3, 1.6], [[0.3, 0.1]], schedule=gd.Schedule(6.0, "cubic"))
+    planned = plan_motion(two_link, [0, 0], [0.3, 1.6], [[0.3, 0.1]], schedule=Schedule(6.0, "cubic"))
     middle = 6.0 / (1 + np.sqrt(1.5 / 4 / 0.1))
     np.testing.assert_allclose(planned.knot_times, [0.0, middle, 6.0], rtol=4 * EPS)
 
@@ -153,7 +152,7 @@ def test_default_via_times_follow_the_slowest_joint(two_link):
 def test_accelerations_at_a_jump_are_those_just_after_it(two_link):
     # Set points 10 and 20 of 31 lie on the jumps at a third and two thirds, up to round-off.
     for duration in (1.0, 1.1, 1.3, 1.7, 2.9, 3.1):
-        made = gd.plan(two_link, [0, 0], [0.5, 0.5], schedule=gd.Schedule(duration, "trapezoidal"))
+        made = plan_motion(two_link, [0, 0], [0.5, 0.5], schedule=Schedule(duration, "trapezoidal"))
         signs = np.sign(np.round(made.trajectory.qdd[:, 0], 9))
         np.testing.assert_array_equal(signs, [1] * 10 + [0] * 10 + [-1] * 11)
 
@@ -161,24 +160,24 @@ def test_accelerations_at_a_jump_are_those_just_after_it(two_link):
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_shortest_duration_is_shortest(two_link, profile):
     ends = ([-1.0, -0.5], [1.0, 2.0])
-    shortest = gd.plan(two_link, *ends, schedule=gd.Schedule(20.0, profile)).shortest_duration
+    shortest = plan_motion(two_link, *ends, schedule=Schedule(20.0, profile)).shortest_duration
     # Limits are judged with 1e-9 of slack, so 1e-8 either way decides.
-    gd.plan(two_link, *ends, schedule=gd.Schedule(shortest * (1 + 1e-8), profile))
+    plan_motion(two_link, *ends, schedule=Schedule(shortest * (1 + 1e-8), profile))
     with pytest.raises(TrajectoryError, match="too fast"):
-        gd.plan(two_link, *ends, schedule=gd.Schedule(shortest * (1 - 1e-8), profile))
+        plan_motion(two_link, *ends, schedule=Schedule(shortest * (1 - 1e-8), profile))
 
 
 def test_limits_are_those_of_the_motion_not_of_its_set_points(two_link):
-    planned = gd.plan(two_link, [0, 0], [1, 1], schedule=gd.Schedule(2.0, "quintic", n_set_points=4))
+    planned = plan_motion(two_link, [0, 0], [1, 1], schedule=Schedule(2.0, "quintic", n_set_points=4))
     # The velocity of the quintic peaks half-way, 15/8 of the mean; four set points miss it.
     assert planned.limits.rows[0].velocity == pytest.approx(15 / 16, rel=1e-12)
     assert limit_report(two_link, planned.trajectory).rows[0].velocity < 0.9
 
 
 def test_too_fast_names_joint_amount_and_duration(two_link):
-    schedule = gd.Schedule(0.5, "quintic")
+    schedule = Schedule(0.5, "quintic")
     with pytest.raises(TrajectoryError) as caught:
-        gd.plan(two_link, [0, 0], [1, 0.1], schedule=schedule)
+        plan_motion(two_link, [0, 0], [1, 0.1], schedule=schedule)
     text = str(caught.value)
     # 15/8 rad in 0.5 s is 3.75 rad/s, a quarter above 3; the acceleration 5.774 / 0.25 = 23.09 needs
     # sqrt(0.5774) = 0.76 s for 10.
@@ -186,21 +185,21 @@ def test_too_fast_names_joint_amount_and_duration(two_link):
         assert fact in text
     assert "joint 2" not in text
     with pytest.warns(GdAnalyzeWarning, match=r"joint 1 \(shoulder\).*0.76 s"):
-        planned = gd.plan(two_link, [0, 0], [1, 0.1], schedule=schedule, allow_violations=True)
+        planned = plan_motion(two_link, [0, 0], [1, 0.1], schedule=schedule, allow_violations=True)
     assert {v.quantity for v in planned.limits.violations} == {"velocity", "acceleration"}
 
 
 def test_overshoot_past_a_position_limit_is_an_error(two_link):
     ends = ([0, 0], [0, 0.1], np.deg2rad([[179.0, 0.0], [179.5, 10.0]]))
     with pytest.raises(TrajectoryError, match=r"(?s)between its knots.*joint 1.*180 deg"):
-        gd.plan(two_link, *ends, schedule=gd.Schedule(20.0, "cubic"), allow_violations=True)
-    gd.plan(two_link, *ends, schedule=gd.Schedule(20.0, "trapezoidal"))
+        plan_motion(two_link, *ends, schedule=Schedule(20.0, "cubic"), allow_violations=True)
+    plan_motion(two_link, *ends, schedule=Schedule(20.0, "trapezoidal"))
 
 
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_a_joint_may_move_by_next_to_nothing(profile):
     for least in (1e-320, 1e-300, 1e-17):
-        planned = gd.plan(FREE, [0, 0], [1, least], schedule=gd.Schedule(1.0, profile))
+        planned = plan_motion(FREE, [0, 0], [1, least], schedule=Schedule(1.0, profile))
         assert planned.limits.rows[1].highest <= 2 * least
 
 
@@ -225,7 +224,6 @@ VIAS = [[0.1, 0.1], [0.2, 0.2]]
 )
 def test_bad_arguments_are_named(two_link, changes, where, found):
     arguments = {"start": [0.0, 0.0], "goal": [1.0, 1.0], "duration": 5.0} | changes
-    when = {field.name: arguments.pop(field.name) for field in fields(gd.Schedule) if field.name in arguments}
     with pytest.raises(TrajectoryError) as caught:
-        gd.plan(two_link, **arguments, schedule=gd.Schedule(**when))
+        gd.plan(two_link, **arguments)
     assert (caught.value.details["where"], caught.value.details["found"]) == (where, found)

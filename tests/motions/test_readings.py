@@ -21,7 +21,7 @@ EVEN = np.arange(100) / 100
 
 
 def made(log, arm=None, **treatment):
-    return gd.Trajectory.from_log(log, arm, gd.Treatment(**treatment) if treatment else None)
+    return gd.Trajectory.from_log(log, arm, gd.types.Treatment(**treatment) if treatment else None)
 
 
 def log_of(motion, rate=125.0, deviation=1e-4, jitter=0.0, seed=0, **more):
@@ -218,7 +218,7 @@ def test_a_given_cutoff_is_taken():
     assert 4.0 < both.noise_qdd[1] / both.noise_qdd[0] < 8.0
     for wrong in ({"cutoff": (1.0, float("nan"))}, {"largest_gap": -1.0}):
         with pytest.raises(UsageError, match=f"impossible {next(iter(wrong))}"):
-            gd.Treatment(**wrong)
+            gd.types.Treatment(**wrong)
     for cutoff, found in ((40.0, "40.0 Hz"), ((1.0, 2.0, 3.0), "3")):
         with pytest.raises(TrajectoryError) as error:
             made(log, cutoff=cutoff)
@@ -350,7 +350,7 @@ def test_the_noise_left_is_what_is_stated(seed, rate, fine):
     assert 0.7 < left / (deviation * np.sqrt(omega**5 / rate / 18)) < 1.6
 
 
-def drawn(seed: int) -> tuple[Log, gd.Treatment]:
+def drawn(seed: int) -> tuple[Log, gd.types.Treatment]:
     """Readings of any number, rate and size; stamps shaken, rounded, torn, shuffled or of a date; holes."""
     rng = np.random.default_rng(seed)
     count, rate = int(rng.choice([1, 2, 16, 17, 40, 100, 400])), 10.0 ** rng.uniform(-3, 5)
@@ -375,7 +375,7 @@ def drawn(seed: int) -> tuple[Log, gd.Treatment]:
     cutoff = 10.0 ** rng.uniform(-6, 2) if rng.random() < 0.2 else None
     gap = 10.0 ** rng.uniform(-3, 9) if rng.random() < 0.2 else None
     measured = bool(rng.random() < 0.8)
-    return Log(time, q, qd, qdd, torque, measured), gd.Treatment(cutoff=cutoff, largest_gap=gap)
+    return Log(time, q, qd, qdd, torque, measured), gd.types.Treatment(cutoff=cutoff, largest_gap=gap)
 
 
 def test_whatever_is_logged_is_a_motion_or_an_error(two_link):

@@ -56,6 +56,33 @@ def test_impossible_values_are_refused(given_, message):
             gd.Trajectory(TIME, Q, Q, Q, gaps=gaps)
 
 
+@examples(20)
+@given(st.integers(FEWEST_SET_POINTS, 40), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
+def test_what_is_left_out_is_derived_as_from_a_file(n_set_points, has_qd, has_qdd, seed):
+    # A quarter turn or so per joint in 2 s: smooth, so that these are set points and no readings.
+    time, phase = np.linspace(0.0, 2.0, n_set_points), np.random.default_rng(seed).uniform(0, 1, 2)
+    angle = time[:, None] + phase
+    q, qd, qdd = np.sin(angle), np.cos(angle), -np.sin(angle)
+    given_ = (qd if has_qd else None, qdd if has_qdd else None)
+    trajectory = gd.Trajectory(time, q, *given_, name="left-out", origin="here")
+    expected = gd.Trajectory.from_arrays(time, q, *given_)
+    for name in ("time", "q", "qd", "qdd"):
+        np.testing.assert_array_equal(getattr(trajectory, name), getattr(expected, name))
+    assert trajectory.derivatives_from == expected.derivatives_from
+    left_out = tuple(name for name, has in (("qd", has_qd), ("qdd", has_qdd)) if not has)
+    assert trajectory.derived == left_out
+    assert (trajectory.name, trajectory.origin) == ("left-out", "here")
+
+
+def test_a_gap_splits_what_is_derived():
+    time = np.concatenate([np.arange(10.0), 20 + np.arange(10.0)])
+    q = np.stack([np.sin(time), np.where(time < 15, time, -time)], axis=1)
+    trajectory = gd.Trajectory(time, q, gaps=(10,))
+    for rows in (slice(0, 10), slice(10, 20)):
+        alone = gd.Trajectory(time[rows], q[rows])
+        np.testing.assert_array_equal(trajectory.qdd[rows], alone.qdd)
+
+
 def test_from_arrays(two_link):
     motion, time = Motion.of(3), instants(125.0, 10.0)
     q, qd, qdd = (motion.at(time, order) for order in range(3))
@@ -181,9 +208,9 @@ def test_planned_motions_are_not_suspected(data):
     knots = rng.uniform(-3, 3, (vias + 2, 3)) * rng.choice([0.0, 0.01, 1.0], 3)
     duration = data.draw(st.floats(0.1, 100))
     times = np.sort(rng.uniform(0.1, 0.9, vias)) * duration if data.draw(st.booleans()) and vias else None
-    schedule = gd.Schedule(duration, profile, data.draw(st.integers(2, 60)), times)
+    how = {"profile": profile, "n_set_points": data.draw(st.integers(2, 60)), "via_times": times}
     try:
-        made = gd.plan(ARM, knots[0], knots[-1], list(knots[1:-1]), schedule=schedule).trajectory
+        made = gd.plan(ARM, knots[0], knots[-1], duration, via=list(knots[1:-1]), **how)
     except TrajectoryError:  # all three joints stand still
         assume(False)
     assert contradictions(made.time, made.q, made.qd, made.qdd) == []

@@ -36,7 +36,7 @@ class Case:
         arm = gd.load_arm("two_link")
         self.exact = ExactForm(arm).program
         self.layout = Layout.of(self.exact, PRICE)
-        self.states = gd.states_in_box(arm, count)
+        self.states = gd.tables.states_in_box(arm, count)
         self.inputs = program_inputs(self.states)
         self.targets = self.exact.run(self.inputs)
         self.scale = 1.0 / (budget * np.abs(self.targets).max(axis=1, keepdims=True)) + 0.0 * self.targets

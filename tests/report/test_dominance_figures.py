@@ -15,6 +15,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
 from gd_analyze.results.run_result import run_result
+from gd_analyze.studies.main_job import find
 from recordings import swung
 
 
@@ -25,7 +26,7 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     labels = [words.split(":")[0] for words in cells.words]
     zero = ("D45", "D56")
     assert labels == [e for e in over_time.element.values if e[0] != "c" and e not in zero]
-    verdicts = gd.verdicts(over_time).sel(element=labels).values.T
+    verdicts = gd.tables.verdicts(over_time).sel(element=labels).values.T
     assert np.array_equal(np.where(cells.colours == "", "negligible", cells.colours), verdicts)
     # Beside them the verdict over the motion, as in the table of elements and the lists.
     marks = {words.y: words.text for words in panel.items[1:] if words.right == 6.0}
@@ -75,17 +76,17 @@ def test_the_report_says_when_and_how_surely(puma_findings):
     assert " s, drive until " in changes_text(rows["D55"])
     assert changes_text(rows["c4"]).startswith("gravity until ")
     assert changes_text(rows["D24"]) == ""
-    found = gd.robustness(puma_findings.arm, puma_findings.trajectory)
+    found = gd.tables.robustness(puma_findings.arm, puma_findings.trajectory)
     assert rows["D15"]["probability"] == found.over_motion.sel(element="D15", verdict="both").item()
     assert rows["c2"]["probability"] is None
-    assert "robustness" not in gd.find("two_link", "two-link-swing").tables
-    uncertain = gd.find("two_link", "two-link-swing", gd.Settings(uncertainty="mass=5%", dominance=0.2))
+    assert "robustness" not in find("two_link", "two-link-swing").tables
+    uncertain = find("two_link", "two-link-swing", gd.types.Settings(uncertainty="mass=5%", dominance=0.2))
     assert uncertain.tables["robustness"].attrs["threshold"] == uncertain.dominance.attrs["threshold"] == 0.2
 
 
 def test_gaps_between_motions_are_empty(two_link):
     motions = [swung(2.0, "slow"), swung(1.0, "fast"), swung(1.5, "last")]
-    findings = gd.find(two_link, motions)
+    findings = find(two_link, motions)
     (panel,) = dominance_figure(findings).panels
     cells = panel.items[0]
     time, gaps = findings.trajectory.time, list(findings.trajectory.gaps)

@@ -111,7 +111,7 @@ def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, mo
     facts = run_result(found).document()
     assert facts["tried_error"] == pytest.approx(float(tube.tube_worst_found_share.max()))
     assert facts["tube"]["tried"] == 200_000
-    gd.save_results(found, tmp_path / "analysis.h5")
+    gd.tables.save_results(found, tmp_path / "analysis.h5")
     again = gd.load_findings(tmp_path / "analysis.h5")
     assert run_headline(again) == run_headline(found)
 
@@ -128,7 +128,7 @@ def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
 
 def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings):
     table, model = puma_findings.tables["tube"], puma_findings.model
-    tube = gd.Tube.along(puma, pick_and_place)
+    tube = gd.types.Tube.along(puma, pick_and_place)
     certificate = gd.certify(model, tube, effort=100_000)
     np.testing.assert_array_equal(table.tube_along, certificate.along)
     np.testing.assert_array_equal(table.tube_certified, certificate.certified)
@@ -140,7 +140,7 @@ def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings)
     assert table.attrs["note"] in run_result(puma_findings).document()["notices"]
 
 
-@pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.Margin(revolute=np.radians(3.0), velocity=0.06)])
+@pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.types.Margin(revolute=np.radians(3.0), velocity=0.06)])
 def test_the_margin_is_the_users(two_link, swing, margin):
     found = find(two_link, swing, Settings(margin=margin, budget="5%"))
     assert found.tables["tube"].attrs["margin"] == "3deg,1mm,qd=6%,qdd=5%"
@@ -164,7 +164,7 @@ def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
 
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
-    exact = gd.ExactDynamics.of(puma, pick_and_place, True)
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place, True)
     return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
 
 

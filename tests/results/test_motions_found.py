@@ -104,7 +104,7 @@ def test_run_and_folder_are_those_of_all(two_link, together, alone):
     assert marks[0][0] == marks[1][0]  # asked for by the same names
     assert len({mark[1] for mark in marks}) == 3
     assert marks[0][0] != marks[2][0]
-    folder = default_folder(two_link, together.trajectory, gd.Settings())
+    folder = default_folder(two_link, together.trajectory, gd.types.Settings())
     assert folder.name == "two_link-slow+fast"
 
 

@@ -23,8 +23,8 @@ from strategies import arms, examples
 from transforms import link_frames
 
 
-def one(**changes) -> gd.RobotArm:
-    return gd.RobotArm(**{"name": "a", "joints": (Joint("1"),), "links": (link(),)} | changes)
+def one(**changes) -> gd.types.RobotArm:
+    return gd.types.RobotArm(**{"name": "a", "joints": (Joint("1"),), "links": (link(),)} | changes)
 
 
 def test_limits_that_are_unknown_are_infinite():

@@ -56,7 +56,7 @@ def without_meshes(path: Path, folder: Path) -> Path:
     return folder / path.name
 
 
-def assert_same_bodies(arm: gd.RobotArm, model: mujoco.MjModel, tolerance: float) -> None:
+def assert_same_bodies(arm: gd.types.RobotArm, model: mujoco.MjModel, tolerance: float) -> None:
     """Masses, and in the base frame centres of mass and inertias, at three poses; the mass matrix, too."""
     rng, data = np.random.default_rng(0), mujoco.MjData(model)
     moving = [model.joint(each.name) for each in arm.joints]

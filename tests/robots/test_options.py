@@ -13,7 +13,7 @@ from robot_files import TWO_ARMS, chain, fingers, joint, link, two_joints, urdf
 
 @pytest.fixture
 def read(tmp_path):
-    def arm(text: str, **picked: object) -> gd.RobotArm:
+    def arm(text: str, **picked: object) -> gd.types.RobotArm:
         path = tmp_path / "robot.urdf"
         path.write_text(text)
         return gd.load_arm(path, **picked)

@@ -18,6 +18,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, of_point_mass
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
+from gd_analyze.studies.main_job import find
 from gd_analyze.text import LARGEST
 from strategies import examples, random_rotation
 
@@ -309,6 +310,6 @@ def test_a_slip_is_reported_once_by_the_main_job(tmp_path, payload):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         arm = arm if payload is None else with_payload(arm, payload, [0.01, 0.0, 0.0])
-        findings = gd.find(arm, "two-link-swing")
+        findings = find(arm, "two-link-swing")
     assert list(findings.warnings) == [str(warning.message) for warning in caught]
     assert len(findings.warnings) == 1

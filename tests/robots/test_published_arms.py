@@ -49,7 +49,7 @@ def test_scara_numbers():
     """Lloyd, Irani, Ahmadi 2021, Table 1: the file, and the table as the study beside PSDM has it."""
     scara, table = gd.load_arm("scara"), arm_of("SCARA")
     assert scara.is_revolute == table.is_revolute == (True, True, False, True)
-    states = gd.states_in_box(scara, 50, seed=3)
+    states = gd.tables.states_in_box(scara, 50, seed=3)
     torques = [decompose_states(arm, states)["torque"] for arm in (scara, table)]
     # Some hundred operations on torques of up to 100 N m, of lengths that may be a rounding apart.
     np.testing.assert_allclose(*torques, rtol=0, atol=1e-11)
@@ -57,7 +57,7 @@ def test_scara_numbers():
 
 
 @pytest.fixture(scope="module")
-def stanford() -> gd.RobotArm:
+def stanford() -> gd.types.RobotArm:
     return gd.load_arm("stanford")
 
 
@@ -166,17 +166,17 @@ HALF_DIGIT = 0.5e-4
 
 
 @pytest.fixture(scope="module")
-def toolbox() -> gd.RobotArm:
+def toolbox() -> gd.types.RobotArm:
     joints, links = [], []
     for i, (d, a, turns, mass, com, moments, _, _) in enumerate(TOOLBOX):
         before, behind = standard_placements("revolute", DHRow(0.0, d, a, turns * np.pi / 2))
         joints.append(Joint(str(i), placement=before))
         known = {"axial_only": i == 0, "as_measured": i == 2}
         links.append(Link(str(i), mass, np.array(com, dtype=float), np.diag(moments), behind, **known))
-    return gd.RobotArm("toolbox", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
+    return gd.types.RobotArm("toolbox", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
 
 
-def dynamics(arm: gd.RobotArm) -> dict[str, np.ndarray]:
+def dynamics(arm: gd.types.RobotArm) -> dict[str, np.ndarray]:
     found = decompose_states(arm, States(POSE[None], RATES[None], np.zeros((1, 6))))
     return {
         "inertia": found["inertia"][0].sum(axis=0) + np.diag(DRIVE_INERTIA),

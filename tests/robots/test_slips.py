@@ -153,7 +153,7 @@ def test_mjcf_is_refused(doubts, before, told):
         doubts(mjcf(two_bodies(TURNS), before), ".xml")
 
 
-def loaded(tmp_path: Path, text: str, **options: str) -> gd.RobotArm:
+def loaded(tmp_path: Path, text: str, **options: str) -> gd.types.RobotArm:
     path = tmp_path / "robot.xml"
     path.write_text(text)
     return gd.load_arm(path, **options)

@@ -126,7 +126,7 @@ def test_what_is_printed_can_be_read_back(entries):
 
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
-    exact = gd.ExactDynamics.of(puma, pick_and_place)
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place)
     return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
 
 
@@ -195,11 +195,11 @@ def exact() -> ExactDynamics:
 
 
 @pytest.fixture(scope="module")
-def model(exact) -> gd.SimplifiedModel:
+def model(exact) -> gd.types.SimplifiedModel:
     return simplify_exact(exact, "2%", SearchOptions(TERM))
 
 
-def shares_by_hand(model: gd.SimplifiedModel, exact: ExactDynamics) -> np.ndarray:
+def shares_by_hand(model: gd.types.SimplifiedModel, exact: ExactDynamics) -> np.ndarray:
     """Share of the norm at every state, of joints of one unit each."""
     error = model.torque(*exact.states.arrays) - exact.torque
     turning = np.array(exact.arm.is_revolute)

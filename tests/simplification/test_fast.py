@@ -11,6 +11,7 @@ import pytest
 import gd_analyze as gd
 from changed_programs import fast_model, rounded
 from gd_analyze.arrays import FloatArray
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.operations.program import plain_program
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.xdist_group("numba")
 QUICK = SearchOptions("fast", effort=0.02)
 
 
-def errors_in(model: SimplifiedModel, tube: gd.Tube, count: int, seed: int) -> FloatArray:
+def errors_in(model: SimplifiedModel, tube: gd.types.Tube, count: int, seed: int) -> FloatArray:
     """Errors over allowed ones at states of a tube, shape (count, n); the exact torque is Pinocchio's."""
     rng = np.random.default_rng(seed)
     lower, upper, counts = tube.pieces(count, rng)
@@ -73,8 +74,10 @@ def test_near_a_motion_it_holds_and_is_the_same_again(two_link, swing):
     models = [gd.simplify(two_link, swing, "10%", level="fast", effort=0.02) for _ in range(2)]
     model, again = models
     assert_cheaper_torque(model)
-    tube = gd.Tube.along(two_link, swing)
-    np.testing.assert_array_equal(model.accuracy.allowed, gd.ExactDynamics.of(two_link, swing).allowed("10%"))
+    tube = gd.types.Tube.along(two_link, swing)
+    np.testing.assert_array_equal(
+        model.accuracy.allowed, gd.types.ExactDynamics.of(two_link, swing).allowed("10%")
+    )
     found = errors_in(model, tube, 2000, 1)
     assert found.max() <= ROUNDED
     # What was allowed is used: a model that keeps a tenth of it would have more operations.
@@ -92,15 +95,18 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link):
     assert_cheaper_torque(model)
     for motion in motions:
         own = dataclasses.replace(
-            model.accuracy, allowed=gd.ExactDynamics.of(two_link, motion).allowed("20%")
+            model.accuracy, allowed=gd.types.ExactDynamics.of(two_link, motion).allowed("20%")
         )
-        assert errors_in(model.stating(own), gd.Tube.along(two_link, motion), 1000, 2).max() <= ROUNDED
+        assert errors_in(model.stating(own), gd.types.Tube.along(two_link, motion), 1000, 2).max() <= ROUNDED
 
 
 @pytest.mark.parametrize("certified", [False, True])
 def test_within_limits_it_holds(two_link, certified):
-    exact, box = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 300)), gd.Box.of(two_link)
-    held = gd.simplify_held(exact, "40%", box, QUICK, certified=certified)
+    exact, box = (
+        gd.types.ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 300)),
+        gd.types.Box.of(two_link),
+    )
+    held = simplify_held(exact, "40%", box, QUICK, certified=certified)
     assert_cheaper_torque(held.model)
     assert (held.certificate is not None) == certified
     assert (held.found <= held.model.accuracy.allowed).all()
@@ -112,7 +118,7 @@ def test_within_limits_it_holds(two_link, certified):
 
 
 def test_at_set_points_of_six_joints_with_drives(puma, pick_and_place):
-    exact = gd.ExactDynamics.of(puma, pick_and_place, drives=True)
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives=True)
     model = simplify_exact(exact, "1%", QUICK)
     assert_cheaper_torque(model)
     states = np.stack(exact.states.arrays)
@@ -134,28 +140,28 @@ def test_a_budget_of_hardly_anything_gives_the_exact_torque(two_link, swing):
 def test_a_budget_above_the_torque_leaves_nothing(two_link, swing):
     model = gd.simplify(two_link, swing, "1000%", level="fast", effort=0.02)
     assert model.operations.total == 0
-    assert errors_in(model, gd.Tube.along(two_link, swing), 1000, 6).max() <= ROUNDED
+    assert errors_in(model, gd.types.Tube.along(two_link, swing), 1000, 6).max() <= ROUNDED
 
 
 def test_a_search_ends_when_its_time_is_over(two_link, swing):
-    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
-    held = gd.simplify_held(exact, "10%", tube, SearchOptions("fast", within=0.001))
+    exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
+    held = simplify_held(exact, "10%", tube, SearchOptions("fast", within=0.001))
     assert held.stopped == "after 0.001 s"
     assert held.model.operations.total <= held.model.operations_full.total
     assert errors_in(held.model, tube, 2000, 3).max() <= ROUNDED
-    unlimited = gd.simplify_held(exact, "10%", tube, QUICK)
+    unlimited = simplify_held(exact, "10%", tube, QUICK)
     assert unlimited.stopped == ""
 
 
 def test_an_interrupted_search_gives_the_best_that_holds(two_link, swing):
-    exact, tube = gd.ExactDynamics.of(two_link, swing), gd.Tube.along(two_link, swing)
+    exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
     saved = []
 
     def interrupt(operations: int) -> None:
         saved.append(operations)
         raise KeyboardInterrupt
 
-    held = gd.simplify_held(exact, "10%", tube, SearchOptions("fast"), progress=interrupt)
+    held = simplify_held(exact, "10%", tube, SearchOptions("fast"), progress=interrupt)
     assert len(saved) == 1
     assert saved[0] > 0
     assert held.stopped == "on request"
@@ -165,7 +171,7 @@ def test_an_interrupted_search_gives_the_best_that_holds(two_link, swing):
 
 def test_progress_counts_the_operations_saved(two_link, swing):
     """With sines and cosines at no price these are operations alone."""
-    exact, saved = gd.ExactDynamics.of(two_link, swing), []
+    exact, saved = gd.types.ExactDynamics.of(two_link, swing), []
     how = SearchOptions("fast", effort=0.02, sine_price=0)
     model = simplify_exact(exact, "10%", how, progress=saved.append)
     assert min(saved) > 0
@@ -182,7 +188,7 @@ def test_without_numba_it_is_said_how_to_install_it(two_link, swing, monkeypatch
 
 def test_a_model_made_without_a_search_is_stated_as_one(puma, pick_and_place):
     """What other tests take for a model of this level."""
-    exact = gd.ExactDynamics.of(puma, pick_and_place)
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place)
     model = fast_model(exact, "1%")
     assert_cheaper_torque(model)
     assert errors_at(model, np.stack(exact.states.arrays)).max() <= ROUNDED

@@ -161,7 +161,7 @@ def test_models_are_not_kept(puma, tmp_path, monkeypatch):
     """The cache holds exact programs alone, which the shipped arm needs none of."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
     skip_searches(monkeypatch)
-    states = gd.states_in_box(puma, 50)
+    states = gd.tables.states_in_box(puma, 50)
     for level in ("term", "fast"):
         assert gd.simplify(puma, states, "20%", level=level, effort=1e-3).saves
     assert not list(tmp_path.iterdir())

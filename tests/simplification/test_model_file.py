@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from changed_programs import fast_model
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.proof import proven_again
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
@@ -105,7 +106,7 @@ def test_a_searched_one_comes_back(shipped, path, swing):
 
 
 def of_puma(motion, budget: str) -> SimplifiedModel:
-    exact = gd.ExactDynamics.of("puma560", motion)
+    exact = gd.types.ExactDynamics.of("puma560", motion)
     return simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
 
 
@@ -482,7 +483,7 @@ def test_what_is_zero_everywhere_may_be_added(of_level, path):
 @pytest.fixture(scope="module")
 def program(two_link, swing) -> SimplifiedModel:
     """Of level fast, for states that everybody has."""
-    return fast_model(gd.ExactDynamics.of(two_link, swing), "50%")
+    return fast_model(gd.types.ExactDynamics.of(two_link, swing), "50%")
 
 
 def test_a_program_comes_back(program, path, swing):
@@ -542,16 +543,16 @@ def test_a_forged_program_is_refused(program, path, which):
 @pytest.fixture(scope="module")
 def certified(two_link) -> SimplifiedModel:
     """Without h: its error is largest at two corners of the velocities, which no drawn state comes near."""
-    exact = gd.ExactDynamics.of(two_link, gd.states_in_box(two_link, 50))
-    model = gd.simplify_certified(exact, "40%", gd.Box.of(two_link))[0]
+    exact = gd.types.ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 50))
+    model = simplify_held(exact, "40%", gd.types.Box.of(two_link), certified=True)[0]
     assert {term.quantity for term in model.terms} == {"inertia", "gravity_loading"}
     return model
 
 
 @pytest.fixture(scope="module")
 def around(two_link, swing) -> SimplifiedModel:
-    exact = gd.ExactDynamics.of(two_link, swing)
-    return gd.simplify_certified(exact, "60%", gd.Tube.along(two_link, swing, "0.5deg"))[0]
+    exact = gd.types.ExactDynamics.of(two_link, swing)
+    return simplify_held(exact, "60%", gd.types.Tube.along(two_link, swing, "0.5deg"), certified=True)[0]
 
 
 @pytest.mark.parametrize("which", ["certified", "around"])

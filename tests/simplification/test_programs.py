@@ -15,7 +15,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
@@ -35,6 +34,7 @@ from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison import count_cost
+from gd_analyze.studies.simplifying import simplify
 from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
 

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from few_tries import few_tries
 from formulation_costs import generic_chain
 from gd_analyze.arrays import ROUND_OFF_SHARE
-from gd_analyze.certification.simplifying import simplify
 from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
@@ -27,6 +26,7 @@ from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import rank_terms
+from gd_analyze.studies.simplifying import simplify
 from made_models import by_elements, model_of, of_shares
 from strategies import arms_with_states, examples, motions, two_link_of
 

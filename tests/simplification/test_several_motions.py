@@ -41,7 +41,7 @@ def test_the_shipped_motions_of_the_puma(puma):
         for name, stated in zip(names, model.accuracy.motions, strict=True):
             found = model_torque(model, gd.read_trajectory(name, puma))
             assert (found.errors.largest <= ROUNDED * stated.allowed).all()
-            scale = model.accuracy.allowed / gd.ExactDynamics.of(puma, names).allowed("1%")
+            scale = model.accuracy.allowed / gd.types.ExactDynamics.of(puma, names).allowed("1%")
             assert (found.errors.largest <= ROUNDED * scale * found.dynamics.allowed("1%")).all()
             assert (found.errors.largest > 0.3 * stated.allowed).any()
 
@@ -72,9 +72,9 @@ def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
 
 def test_a_budget_by_the_slow_motion_counts_for_the_slow_motion_only(two_link):
     """It would otherwise have to hold along the fast one, where torques are many times larger."""
-    exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
+    exact = gd.types.ExactDynamics.of(two_link, [SLOW, FAST])
     both = gd.simplify(two_link, [SLOW, FAST], "20%")
-    least = gd.Budget.of_torques(np.min([one.allowed for one in both.accuracy.motions], axis=0))
+    least = gd.types.Budget.of_torques(np.min([one.allowed for one in both.accuracy.motions], axis=0))
     assert both.operations.total <= gd.simplify(two_link, [SLOW, FAST], least).operations.total
     np.testing.assert_array_equal(both.accuracy.allowed, exact.allowed("20%"))
     assert (both.accuracy.allowed >= [one.allowed for one in both.accuracy.motions]).all()
@@ -105,7 +105,7 @@ def test_it_comes_back_from_its_file(two_link, tmp_path):
 
 
 def test_a_trade_off_is_within_every_budget(two_link):
-    exact = gd.ExactDynamics.of(two_link, [SLOW, FAST])
+    exact = gd.types.ExactDynamics.of(two_link, [SLOW, FAST])
     points = gd.trade_off(exact, "20%", factors=(1.0, 4.0), kinds=((TERM, False), (ENERGY, False)))
     assert all(point.error_share <= 0.2 * point.factor * ROUNDED for point in points)
     whole = gd.simplify(two_link, [SLOW, FAST], "20%")

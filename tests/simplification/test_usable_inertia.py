@@ -69,10 +69,10 @@ def case_of(name: str) -> Case:
     robot, motion, *without = name.split()
     arm = gd.load_arm(robot)
     if motion == "planned":
-        box = gd.Box.of(arm)
+        box = gd.types.Box.of(arm)
         half = (box.upper - box.lower) / 2
         ends = box.centre - 0.3 * half, box.centre + 0.2 * half
-        return Case(arm, gd.plan(arm, *ends, schedule=gd.Schedule(4.0)).trajectory, arm.counts_drives(None))
+        return Case(arm, gd.plan(arm, *ends, 4.0), arm.counts_drives(None))
     return Case(arm, gd.read_trajectory(motion, arm), arm.counts_drives(None) and not without)
 
 
@@ -95,8 +95,8 @@ def case(request) -> Case:
 
 
 @pytest.fixture(scope="module")
-def tube(case) -> gd.Tube:
-    return gd.Tube.along(case.arm, case.motion)
+def tube(case) -> gd.types.Tube:
+    return gd.types.Tube.along(case.arm, case.motion)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def model(case) -> SimplifiedModel:
     return gd.simplify(case.arm, case.motion, case.budget, drives=case.drives)
 
 
-def drawn_in(tube: gd.Tube, count: int, corners: bool = False) -> np.ndarray:
+def drawn_in(tube: gd.types.Tube, count: int, corners: bool = False) -> np.ndarray:
     """States q, qd, qdd of a tube, at random or at the corners of its pieces, shape (3, count, n)."""
     rng = np.random.default_rng(5)
     lower, upper, _ = tube.pieces(count, rng)
@@ -183,7 +183,7 @@ def test_the_budget_holds_near_the_motion(case, model, tube):
 def test_gamma_at_the_states_of_a_search_is_what_it_is(puma, pick_and_place, level):
     """Where no states but those are drawn, it is a number that can be recomputed."""
     for drives, budget in itertools.product((True, False), ("1%", "10%")):
-        exact = gd.ExactDynamics.of(puma, pick_and_place, drives)
+        exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives)
         model = simplify_exact(exact, budget, SearchOptions(level, effort=0.2))
         case = Case(puma, pick_and_place, drives)
         gamma = gammas_of(case.inertia(pick_and_place.q), model.inertia(pick_and_place.q)).max()
@@ -195,6 +195,8 @@ def test_gamma_at_the_states_of_a_search_is_what_it_is(puma, pick_and_place, lev
 def test_an_arm_of_seven_joints_without_drives_has_a_usable_inertia():
     """Chosen by torque alone, its D would not be: light directions are differences of large terms."""
     case = case_of("seven")
-    model = simplify_exact(gd.ExactDynamics.of(case.arm, case.motion), "5% or 0.5", SearchOptions(effort=0.1))
+    model = simplify_exact(
+        gd.types.ExactDynamics.of(case.arm, case.motion), "5% or 0.5", SearchOptions(effort=0.1)
+    )
     assert gammas_of(case.inertia(case.motion.q), model.inertia(case.motion.q)).max() < 1.0
     assert not model.is_torque_only

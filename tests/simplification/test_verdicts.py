@@ -43,7 +43,7 @@ def test_its_error_is_the_torque_of_the_dropped_parts(exact, verdicts, per_cent,
     assert np.abs(errors.largest - lost).max() < 1e-12
     gd.save_model(model, tmp_path / "model.json")
     again = gd.load_model(tmp_path / "model.json")
-    states = gd.states_in_box(exact.arm, 50)
+    states = gd.tables.states_in_box(exact.arm, 50)
     assert np.array_equal(again.torque(*states.arrays), model.torque(*states.arrays))
     assert "coriolis_centrifugal" in gd.export(again, ["c"]).files["puma560.h"]
 

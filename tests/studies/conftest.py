@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 
 from formulation_costs import Growth, growth
-from gd_analyze.certification.simplifying import simplify
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control import ControlStudy, control
 from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
+from gd_analyze.studies.simplifying import simplify
 
 
 @pytest.fixture(scope="session")

@@ -51,7 +51,7 @@ def test_what_is_expected_is_what_is_simulated_and_who_knows_more_tracks_better(
 @pytest.mark.parametrize("degrees", [0.01, 0.1, 1.0])
 def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, degrees):
     """A model as rough as the tolerance allows: found by the budget, it tracks within it, and costs less."""
-    settings = replace(puma_study.settings, tolerance=gd.Tolerance(np.radians(degrees)))
+    settings = replace(puma_study.settings, tolerance=gd.types.Tolerance(np.radians(degrees)))
     asked = gd.control(puma_study.model, pick_and_place, settings)
     model = gd.simplify(puma, pick_and_place, budget_for_tolerance(asked))
     found = gd.control(model, pick_and_place, settings)
@@ -68,7 +68,7 @@ def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
     model = puma_study.model
     q = np.array(Reference.of(puma_study.motion).at(np.linspace(0.0, 2.4, 500))[0]).T
     still = np.zeros_like(q)
-    exact = torque_of(puma_study.arm, gd.States(q, still, still), drives=True)
+    exact = torque_of(puma_study.arm, gd.types.States(q, still, still), drives=True)
     left = {laws.PD_ALONE: exact, laws.PD_SIMPLIFIED: exact - model.gravity_loading(q)}
     for controller, torque in left.items():
         expected = np.abs(torque).max(axis=0) / (400.0 * puma_study.diagonal)
@@ -83,7 +83,7 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
     # The loop settles in a tenth of the motion's time; the rest is a few percent.
     assert planned / slow == pytest.approx(4.0, rel=0.1)
     held = float(swing_study.loop(WITHOUT_H, 200.0, 1.0).peak_error.max())
-    tolerances = [gd.Tolerance(revolute=x) for x in (held / 2, 1.0, 1e-9)]
+    tolerances = [gd.types.Tolerance(revolute=x) for x in (held / 2, 1.0, 1e-9)]
     settings = [replace(swing_study.settings, tolerance=tolerance) for tolerance in tolerances]
     half, wide, narrow = (replace(swing_study, settings=each) for each in settings)
     assert half.tracks_up_to(WITHOUT_H, 200.0) == pytest.approx(math.sqrt(0.5), rel=0.03)
@@ -96,8 +96,8 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
 
 def test_a_model_without_inertia_has_no_feedback():
     """Along a motion in which the wrist hardly moves, a program drops its inertia; fixed gains help."""
-    settings = gd.ControlSettings(rates=(200.0,), speeds=(1.0,))
-    model = fast_model(gd.ExactDynamics.of("puma560", "large-slew"), "1%")
+    settings = gd.types.ControlSettings(rates=(200.0,), speeds=(1.0,))
+    model = fast_model(gd.types.ExactDynamics.of("puma560", "large-slew"), "1%")
     study = gd.control(model, "large-slew", settings)
     assert study.feedback.share < 0.1
     # The wrist, and none of the joints that swing.
@@ -113,10 +113,10 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
     """A hundred times too fast: the drives cannot follow, the model's D is as good as before."""
     slow = puma_study.motion
     motion = Trajectory.from_arrays(slow.time / 100.0, slow.q, 100.0 * slow.qd, 1e4 * slow.qdd, name="fast")
-    settings = gd.ControlSettings(rates=(500.0,), speeds=(1.0,))
+    settings = gd.types.ControlSettings(rates=(500.0,), speeds=(1.0,))
     study = gd.control(puma_study.model, motion, settings, warned=("odd",))
     assert study.feedback.is_enough
-    needed = np.abs(torque_of(study.arm, gd.states_of(motion), drives=True)).max(axis=0)
+    needed = np.abs(torque_of(study.arm, gd.tables.states_of(motion), drives=True)).max(axis=0)
     # Between the set points, 4 ms apart, the torque is a few percent larger.
     np.testing.assert_allclose(study.needed, needed, rtol=0.1)
     assert "times its limit" in study.warnings[0]
@@ -128,7 +128,7 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
 
 def test_fixed_gains_of_a_slow_loop(swing_model, swing):
     """Half above the rate named they still track, and a third below it they do not."""
-    settings = gd.ControlSettings(rates=(1000.0,), speeds=(1.0,))
+    settings = gd.types.ControlSettings(rates=(1000.0,), speeds=(1.0,))
     study = gd.control(swing_model, swing, settings)
     assert study.too_slow_for_fixed_gains == ()
     edge = settings.gains.damper * study.fixed_excess / 2.0
@@ -172,7 +172,7 @@ def test_what_does_not_fit(swing, swing_model, puma):
     with pytest.raises(ModelError, match="the model of two_link does not fit puma560"):
         gd.control(swing_model, swing, arm=puma)
     with pytest.raises(ArmError, match="describes no friction"):
-        gd.control(swing_model, swing, gd.ControlSettings(friction=True))
+        gd.control(swing_model, swing, gd.types.ControlSettings(friction=True))
 
 
 def test_the_result_is_finite_states_lost_loops_and_names_are_only_text(swing_study):
@@ -201,7 +201,7 @@ def test_prismatic_joints_err_in_millimetres():
     s, start = np.linspace(0.0, 1.0, 11)[:, None], np.array([0.0, 0.3, 0.5, 0.2, 0.4, 0.0])
     q = start + (10 * s**3 - 15 * s**4 + 6 * s**5) * [0.02, 0.02, 0.05, 0.02, 0.02, 0.02]
     motion = Trajectory.from_arrays(0.4 * s[:, 0], q, name="short")
-    settings = gd.ControlSettings(rates=(100.0,), speeds=(2.0,))
+    settings = gd.types.ControlSettings(rates=(100.0,), speeds=(2.0,))
     study = gd.control(gd.simplify("stanford", motion, level="element"), motion, settings)
     shown = {column.label: unit for column, unit, _ in control_result(study).parts[0].parts[0].shown()}
     assert [shown[f"joint {i}"] for i in (2, 3)] == ["mrad", "mm"]
@@ -223,11 +223,11 @@ def test_prismatic_joints_err_in_millimetres():
 )
 def test_settings_that_are_none(words, says):
     with pytest.raises(UsageError, match=says):
-        gd.ControlSettings(**words)
+        gd.types.ControlSettings(**words)
 
 
 @pytest.mark.parametrize("text", ["", "1parsec", "0.1deg,2mrad", "-1deg", "0deg"])
 def test_tolerances(text):
     with pytest.raises(UsageError, match="tolerance"):
-        gd.Tolerance.parse(text)
-    assert gd.Tolerance.parse("2mrad, 0.5mm") == gd.Tolerance(revolute=0.002, prismatic=0.0005)
+        gd.types.Tolerance.parse(text)
+    assert gd.types.Tolerance.parse("2mrad, 0.5mm") == gd.types.Tolerance(revolute=0.002, prismatic=0.0005)

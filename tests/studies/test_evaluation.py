@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError, TrajectoryError, UsageError
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -27,7 +28,7 @@ SLOW, BRISK, FAST = swung(6.0, "slow"), swung(2.0, "brisk"), swung(1.0, "fast")
 
 
 @pytest.fixture(scope="module")
-def rough(two_link) -> gd.SimplifiedModel:
+def rough(two_link) -> gd.types.SimplifiedModel:
     """Made for a slow motion, where terms in velocities may go; 5 % of its peak torque."""
     return gd.simplify(two_link, SLOW, "5%")
 
@@ -63,7 +64,7 @@ def test_a_model_keeps_its_promise_where_it_was_made_and_not_beyond(rough):
 def test_an_error_as_large_as_it_may_be_passes_and_its_instant_is_known(rough):
     largest = evaluate(rough, FAST).errors.largest
     found, below = (
-        evaluate(rough, FAST, fail_over=gd.Budget.of_torques(x * largest)) for x in (1.0, 1.0 - 1e-12)
+        evaluate(rough, FAST, fail_over=gd.types.Budget.of_torques(x * largest)) for x in (1.0, 1.0 - 1e-12)
     )
     assert (found.passed, below.passed) == (True, False)
     (one,) = found.motions
@@ -216,13 +217,13 @@ def test_a_motion_of_which_the_model_states_nothing_is_not_judged(two_link, roug
 
 
 def test_drawn_states_are_judged_where_the_model_was_fitted_on_them(two_link):
-    model = gd.simplify(two_link, gd.states_in_box(two_link, 50), "5%", at_set_points=True)
+    model = gd.simplify(two_link, gd.tables.states_in_box(two_link, 50), "5%", at_set_points=True)
     for seed, passed in ((0, True), (1, None)):
-        (one,) = evaluate(model, gd.states_in_box(two_link, 50, seed)).motions
+        (one,) = evaluate(model, gd.tables.states_in_box(two_link, 50, seed)).motions
         assert one.passed is passed
 
 
-def turned(arm: gd.RobotArm, joint: int, axis: list[float]) -> gd.RobotArm:
+def turned(arm: gd.types.RobotArm, joint: int, axis: list[float]) -> gd.types.RobotArm:
     joints = list(arm.joints)
     joints[joint] = replace(joints[joint], axis=np.array(axis))
     return replace(arm, joints=tuple(joints), name="other")
@@ -277,10 +278,10 @@ def test_junit_has_a_case_per_motion_and_joint_and_hostile_names_stay_in_their_p
 def test_what_a_model_states_is_held_against_the_arm_as_it_is_now(two_link, swing):
     """In its box, along its motion; elsewhere it states nothing, and there is no verdict."""
     heavier = replace(two_link, links=(*two_link.links[:-1], replace(two_link.links[-1], mass=2.0)))
-    exact = gd.ExactDynamics.of(two_link, swing)
+    exact = gd.types.ExactDynamics.of(two_link, swing)
     box = Box.around(*(np.concatenate([1.1 * x, -x]) for x in exact.states.arrays))
-    boxed, _ = gd.simplify_certified(exact, "30%", box)
-    tube, _ = gd.simplify_certified(exact, "30%", gd.Tube.along(two_link, swing))
+    boxed, _ = simplify_held(exact, "30%", box, certified=True)[:2]
+    tube, _ = simplify_held(exact, "30%", gd.types.Tube.along(two_link, swing), certified=True)[:2]
     plain = gd.simplify(two_link, swing, "30%")
     for model in (boxed, tube, plain):
         found = evaluate(model, [swing])

@@ -27,8 +27,8 @@ def faster(motion: Trajectory, speed: float) -> Trajectory:
     return Trajectory(motion.time / speed, motion.q, speed * motion.qd, speed**2 * motion.qdd)
 
 
-def drawn(arm: gd.RobotArm) -> Trajectory:
-    states = gd.states_in_box(arm, 40, 7)
+def drawn(arm: gd.types.RobotArm) -> Trajectory:
+    states = gd.tables.states_in_box(arm, 40, 7)
     return Trajectory(np.arange(40.0), *states.arrays)
 
 

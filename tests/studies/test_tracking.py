@@ -40,13 +40,13 @@ def test_other_words_are_refused(words):
     with pytest.raises(UsageError):
         TrackingBudget.parse(words)
     with pytest.raises(UsageError):
-        gd.Budget.parse(words)
+        gd.types.Budget.parse(words)
 
 
 @pytest.mark.parametrize("name", ["two_link", "puma560", "stanford"])
 def test_columns_are_slopes_of_the_end_effectors_position(name):
     arm = replace(gd.load_arm(name), tip="hand", tip_frame=Placement(np.eye(3), np.array([0.1, -0.2, 0.3])))
-    q, step = gd.states_in_box(arm, 20, seed=1).q.T, 1e-6
+    q, step = gd.tables.states_in_box(arm, 20, seed=1).q.T, 1e-6
     found = tip_columns(arm, q)
     for i in range(arm.n_joints):
         moved = [q + sign * step * np.eye(arm.n_joints)[:, [i]] for sign in (1, -1)]
@@ -71,8 +71,8 @@ def test_no_torque_errors_within_the_budget_do_worse_and_some_as_badly(name, mot
     allowed = gd.tracking_budget(arm, planned, words)
     torques = np.array([entry[0].amount for entry in allowed.entries])
     q, _, _ = Reference.of(followable(planned)).sampled()
-    still = gd.States(q.T, np.zeros_like(q.T), np.zeros_like(q.T))
-    inertia = gd.decompose_states(arm, still, christoffel=False)["inertia"].sum(axis=1)
+    still = gd.types.States(q.T, np.zeros_like(q.T), np.zeros_like(q.T))
+    inertia = gd.tables.decompose_states(arm, still, christoffel=False)["inertia"].sum(axis=1)
     inertia += np.diag(arm.drive_inertia) if arm.counts_drives(None) else 0.0
     errors = wanted.settings.gains.error_per_acceleration * (np.abs(np.linalg.inv(inertia)) @ torques).max(
         axis=0

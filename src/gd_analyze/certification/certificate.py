@@ -24,7 +24,7 @@ from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Proven
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.text import in_python, number, rounded_up
 from gd_analyze.threads import on_one_thread
 
@@ -176,6 +176,7 @@ def certify(
     UsageError
         If the region has another number of joints, or `effort` is not positive.
     """
+    require_model(model)
     tube = region if isinstance(region, Tube) else None
     box = box_of(region, model.arm, effort)
     harmonics = harmonics or harmonics_of(model.arm)

@@ -23,9 +23,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import gammas
-from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
@@ -138,46 +136,6 @@ def simplify_held(
         found=f"round-off bounded by {', '.join(f'{x:.3g}' for x in certificate.certified)}",
         next_step="allow a larger error, or fewer states: a smaller box, or smaller margins",
     )
-
-
-@on_one_thread
-def simplify_certified(
-    exact: ExactDynamics,
-    budget: Budget | str,
-    region: Box | Tube,
-    *,
-    level: Level = TERM,
-    refit: bool = False,
-    effort: float = 1.0,
-    provenance: Mapping[str, str] | None = None,
-    progress: Callable[[int], None] | None = None,
-) -> tuple[SimplifiedModel, Certificate]:
-    """Simplify with a budget that is proven at every state of a box, or of a tube around a motion.
-
-    Parameters
-    ----------
-    exact, budget, region, provenance, progress
-        As for `simplify_held`.
-    level, refit, effort
-        As for `simplify`.
-
-    Returns
-    -------
-    tuple
-        SimplifiedModel and the Certificate that proves its budget; the exact model if none with fewer
-        operations was found.
-
-    Raises
-    ------
-    UsageError
-        If the budget is below the round-off of the bound, so that not even the exact model can be certified.
-    """
-    how = SearchOptions(level, refit, effort=effort)
-    outcome = simplify_held(
-        exact, budget, region, how, certified=True, provenance=provenance, progress=progress
-    )
-    assert outcome.certificate is not None  # as asked for
-    return outcome.model, outcome.certificate
 
 
 def _counting(region: Box | Tube, exact: ExactDynamics) -> Box | Tube:

@@ -21,7 +21,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.threads import on_one_thread
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
@@ -85,6 +85,7 @@ def certify_positive_definite(
     UsageError
         If the region has another number of joints, or `effort` is not positive.
     """
+    require_model(model)
     if not model.level.has_symmetric_inertia:
         raise ModelError(
             "only a model of terms has a symmetric D",

@@ -36,6 +36,12 @@ def _numbers(kind: str = "", endless: str = "") -> Callable[[str], tuple[float, 
     return read
 
 
+def _parse_tolerance(text: str) -> gd.types.Tolerance:
+    from gd_analyze.studies.control_law import Tolerance
+
+    return Tolerance.parse(text)
+
+
 @click.command(short_help="Simulate control with a simplified model; see how it tracks.")
 @options.model()
 @options.trajectory()
@@ -83,7 +89,7 @@ def _numbers(kind: str = "", endless: str = "") -> Callable[[str], tuple[float, 
 @click.option(
     "--within",
     "tolerance",
-    type=Parsed("tolerance", lambda text: gd.Tolerance.parse(text)),
+    type=Parsed("tolerance", _parse_tolerance),
     default="0.1deg,1mm",
     metavar="LIST",
     help="Acceptable tracking error: 0.1deg or 2mrad, and 1mm for prismatic joints.",
@@ -117,11 +123,12 @@ def control(
     with output.working() as stage:
         from gd_analyze.robots.payload import carrying
         from gd_analyze.studies.control import names_of
+        from gd_analyze.studies.control_law import ControlSettings
         from gd_analyze.studies.control_result import control_result
         from gd_analyze.studies.study_files import StudyFolder
 
         loaded = gd.load_model(model)
-        settings = gd.ControlSettings(**loop)
+        settings = ControlSettings(**loop)
         settings.tolerance.require_joint_of(loaded.arm)
         moved = None if payload is None else carrying(loaded.arm, payload)
         motion = read_motion(trajectory, loaded.arm)

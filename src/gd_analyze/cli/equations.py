@@ -6,7 +6,6 @@ from pathlib import Path
 
 import click
 
-import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.output import Output, reporting, require_outputs
@@ -103,11 +102,12 @@ def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None
         raise click.UsageError(f"--parameters writes text or latex, not {form}")
     require_outputs(out)
     with output.working() as stage:
+        from gd_analyze.dynamics.base_parameters import base_parameters
         from gd_analyze.formulas.results import base_equations, base_parameters_result
 
         arm = robot.load()
         stage("regrouping")
-        base = gd.base_parameters(arm)
+        base = base_parameters(arm)
         text = "".join(f"{line}\n" for line in base_equations(base, form, digits))
         if out is not None:
             stage(f"writing {out.name}")

@@ -66,7 +66,7 @@ class GivenRobot:
     gravity: str | None = None
     drive_inertia: str | None = None
 
-    def load(self, payload: Link | None = None, logs: Sequence[str] = ()) -> gd.RobotArm:
+    def load(self, payload: Link | None = None, logs: Sequence[str] = ()) -> gd.types.RobotArm:
         """Read the arm with its payload, if any; of a branching robot, the arm whose joints the logs name."""
         words = {key: value for key, value in vars(self).items() if key != "name"}
         try:
@@ -118,15 +118,16 @@ class Given:
     states: int
     seed: int
 
-    def exact(self) -> tuple[gd.ExactDynamics, gd.Trajectory | None]:
+    def exact(self) -> tuple[gd.types.ExactDynamics, gd.Trajectory | None]:
         """Read or draw the states, with their motion, if any; warn where torques look wrong."""
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
-        from gd_analyze.simplification.exact import warn_without_torque
+        from gd_analyze.motions.states import states_in_box, states_of
+        from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
 
         arm = self.robot.load(self.payload, self.trajectories)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None
-        states = gd.states_in_box(arm, self.states, self.seed) if motion is None else gd.states_of(motion)
-        exact = gd.ExactDynamics.of(arm, states, self.drives)
+        states = states_in_box(arm, self.states, self.seed) if motion is None else states_of(motion)
+        exact = ExactDynamics.of(arm, states, self.drives)
         warn_without_torque(exact)
         if motion is None:
             warn_of_weight(arm)

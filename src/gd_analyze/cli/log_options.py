@@ -132,20 +132,22 @@ logs = together(
 )
 
 
-def reading_asked() -> tuple[gd.Reading | None, gd.Treatment | None]:
+def reading_asked() -> tuple[gd.types.Reading | None, gd.types.Treatment | None]:
     """How the user wants logs read and readings treated; None where no option says so."""
+    from gd_analyze.motions.reading import Reading, Treatment
+
     words = click.get_current_context().meta.get(_KEPT, {})
     reading = {name: word for name, word in words.items() if name not in _OF_READINGS}
     treatment = {name: word for name, word in words.items() if name in _OF_READINGS}
-    return gd.Reading.of(**reading) if reading else None, gd.Treatment(**treatment) if treatment else None
+    return Reading.of(**reading) if reading else None, Treatment(**treatment) if treatment else None
 
 
-def read_motion(path: str | Path, arm: gd.RobotArm) -> gd.Trajectory:
+def read_motion(path: str | Path, arm: gd.types.RobotArm) -> gd.Trajectory:
     """Read a trajectory or a log as the command's options say, and show progress."""
     return gd.read_trajectory(path, arm, *reading_asked(), progress=progress_shown())
 
 
-def read_motions(words: tuple[str, ...], arm: gd.RobotArm) -> gd.Trajectory:
+def read_motions(words: tuple[str, ...], arm: gd.types.RobotArm) -> gd.Trajectory:
     """Read trajectories, logs or folders of them as the command's options say; several become one."""
     from gd_analyze.motions.pool import trajectory_of
 

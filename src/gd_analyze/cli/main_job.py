@@ -75,17 +75,17 @@ def analyze(
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
     with output.working() as stage:
-        from gd_analyze.studies.main_job import default_folder, source_of
+        from gd_analyze.studies.main_job import Settings, default_folder, find, source_of
         from gd_analyze.studies.study_files import write_findings
 
-        run_settings = gd.Settings(**settings)
+        run_settings = Settings(**settings)
         arm = robot.load(payload, trajectories)
         motion = read_motions(trajectories, arm)
         folder = default_folder(arm, motion, run_settings) if out is None else out
         require_outputs(*(folder / RESULT_FILES[name] for name in formats))
         mark = source_of(arm, motion, run_settings)["run"]
         strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-        findings = gd.find(
+        findings = find(
             arm,
             motion,
             run_settings,

@@ -47,13 +47,14 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     with output.working():
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
+        from gd_analyze.motions.states import states_of
         from gd_analyze.result import Fact, Result, Table, columns_of
 
         arm, path = robot.load(logs=[log]), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
         logged = gd.read_log(path, arm, reading, progress=progress_shown())
         motion = motion_of(logged, path, arm, treatment)
-        warn_of_torque_limits(arm, gd.states_of(motion))
+        warn_of_torque_limits(arm, states_of(motion))
         recording = motion.recording
         measured = recording is not None and recording.measured
     labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
@@ -157,7 +158,8 @@ def plan(
     with output.working() as stage:
         stage("planning")
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-        from gd_analyze.motions.planning import plan_result
+        from gd_analyze.motions.planning import Schedule, plan_motion, plan_result
+        from gd_analyze.motions.states import states_of
         from gd_analyze.motions.trajectory import trajectory_csv
 
         arm, name = robot.load(), out.stem if out is not None else None
@@ -172,16 +174,16 @@ def plan(
                     name=name,
                 )
             else:
-                planned = gd.plan(
+                planned = plan_motion(
                     arm,
                     _joint_values(arm, start, "--from"),
                     _joint_values(arm, goal, "--to"),
                     [_joint_values(arm, point, "--via") for point in via],
-                    schedule=gd.Schedule(duration, profile, points),
+                    schedule=Schedule(duration, profile, points),
                     allow_violations=allow_violations,
                     name=name,
                 )
-                warn_of_torque_limits(arm, gd.states_of(planned.trajectory))
+                warn_of_torque_limits(arm, states_of(planned.trajectory))
         except (TrajectoryError, UsageError) as error:
             raise _with_options(error) from None
         if out is not None:
@@ -204,8 +206,10 @@ def _require_what_goes_together(exciting: bool) -> None:
         )
 
 
-def _box(listed: str) -> gd.Workspace:
+def _box(listed: str) -> gd.types.Workspace:
     """Comma-separated corners of a box, m."""
+    from gd_analyze.identification.excitation import Workspace
+
     values = [number_in(entry.strip()) for entry in listed.split(",")]
     numbers = [value for value in values if value is not None]
     if not len(numbers) == len(values) == 6:
@@ -215,7 +219,7 @@ def _box(listed: str) -> gd.Workspace:
             expected="x,y,z of the lower corner, then of the upper one, m",
             found=repr(listed),
         )
-    return gd.Workspace(numbers[:3], numbers[3:])
+    return Workspace(numbers[:3], numbers[3:])
 
 
 def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | UsageError:
@@ -230,7 +234,7 @@ def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | Usag
     return type(error)(error.what, **details, next_step=next_step or None)
 
 
-def _joint_values(arm: gd.RobotArm, listed: str, option: str) -> list[float]:
+def _joint_values(arm: gd.types.RobotArm, listed: str, option: str) -> list[float]:
     """Comma-separated degrees (m of prismatic joints), or values with a unit, as rad (m)."""
     entries = [entry.strip() for entry in listed.split(",")]
     if len(entries) != arm.n_joints:

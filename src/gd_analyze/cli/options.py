@@ -103,6 +103,20 @@ class Parsed(click.ParamType[Any]):
         return self._parse(value) if isinstance(value, str) else value
 
 
+def parse_budget(text: str) -> gd.types.Budget:
+    """Read a budget."""
+    from gd_analyze.simplification.budget import Budget
+
+    return Budget.parse(text)
+
+
+def parse_margin(text: str) -> gd.types.Margin:
+    """Read a margin."""
+    from gd_analyze.motions.margin import Margin
+
+    return Margin.parse(text)
+
+
 class Amount(click.ParamType[float]):
     """A number above 0 in SI, alone or with a unit of one kind: 5, 5Hz."""
 
@@ -201,7 +215,7 @@ def margin(words: str) -> Callable[[F], F]:
     """--margin; None where it is not given."""
     return click.option(
         "--margin",
-        type=Parsed("margin", lambda text: gd.Margin.parse(text)),
+        type=Parsed("margin", parse_margin),
         metavar="LIST",
         help=f"{words}: 1deg or 1mm of position (revolute or prismatic joints), qd=2% of each joint's peak "
         "velocity, qdd=5% of its peak acceleration; those not named keep their default.  "
@@ -290,9 +304,7 @@ BUDGET = (
 )
 
 
-def budget(
-    words: str = BUDGET, parse: Callable[[str], Any] = lambda text: gd.Budget.parse(text)
-) -> Callable[[F], F]:
+def budget(words: str = BUDGET, parse: Callable[[str], Any] = parse_budget) -> Callable[[F], F]:
     """--budget."""
     return click.option("--budget", type=Parsed("budget", parse), default="1%", metavar="LIST", help=words)
 
@@ -301,7 +313,7 @@ def named_budget() -> Callable[[F], F]:
     """--budget of the main job, which also tries the named ones."""
     words = BUDGET.removesuffix("  [default: 1%]")
     default = "1%, or the first of the named budgets whose model can be read"
-    kind = Parsed("budget", lambda text: gd.Budget.parse(text))
+    kind = Parsed("budget", parse_budget)
     return click.option(
         "--budget", type=kind, default=None, metavar="LIST", help=f"{words}  [default: {default}]"
     )

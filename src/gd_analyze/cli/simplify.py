@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,11 +19,11 @@ if TYPE_CHECKING:
     from gd_analyze.studies.tracking import TrackingBudget
 
 
-def _budget_or_tracking(text: str) -> gd.Budget | TrackingBudget:
+def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     """A torque budget, or an allowed tracking error."""
     from gd_analyze.studies.tracking import TrackingBudget
 
-    return TrackingBudget.parse(text) or gd.Budget.parse(text)
+    return TrackingBudget.parse(text) or options.parse_budget(text)
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
@@ -81,7 +80,7 @@ def _budget_or_tracking(text: str) -> gd.Budget | TrackingBudget:
 @reporting
 def simplify(
     inputs: Given,
-    budget: gd.Budget | TrackingBudget,
+    budget: gd.types.Budget | TrackingBudget,
     level: str,
     refit: bool,
     operations: int | None,
@@ -92,7 +91,7 @@ def simplify(
     at_set_points: bool,
     verdicts: str,
     velocities: str | None,
-    margin: gd.Margin | None,
+    margin: gd.types.Margin | None,
     digits: int,
     out: Path | None,
     output: Output,
@@ -134,49 +133,39 @@ def simplify(
         raise click.UsageError("--verdicts needs --level element")
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.certification.held import Held
-        from gd_analyze.certification.holding import simplify_held
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
-        from gd_analyze.simplification.levels import SearchOptions
+        from gd_analyze.simplification.levels import SearchOptions, level_named
         from gd_analyze.simplification.model_file import replaces_model
-        from gd_analyze.simplification.simplify import simplify_exact
-        from gd_analyze.simplification.verdicts import model_by_verdicts
-        from gd_analyze.studies.tracking import TrackingBudget, simplify_for_tracking
+        from gd_analyze.studies.simplifying import search_model
+        from gd_analyze.studies.tracking import TrackingBudget
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(
-            gd.LEVELS[level], refit, operations, effort=effort, sine_price=sine_price, within=within
+            level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
         )
-        tracking = budget if isinstance(budget, TrackingBudget) else None
-        if tracking is not None and operations is not None:
+        if isinstance(budget, TrackingBudget) and operations is not None:
             raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        if tracking is not None:
-            tracking.settings.tolerance.require_joint_of(exact.arm)
-        source = provenance(command_line())
-        at_states = at_set_points or operations is not None
-
-        def search(allowed: gd.Budget) -> Held:
-            common: dict[str, Any] = {"provenance": source, "stage": stage}
-            if at_states and not certified:
-                return Held(simplify_exact(exact, allowed, search_options, progress=stage.advance, **common))
-            region = gd.Box.of(exact.arm) if motion is None else gd.Tube.along(exact.arm, motion, margin)
-            return simplify_held(exact, allowed, region, search_options, certified=certified, **common)
-
-        tracked = None
-        if level == "element":
-            held_model = Held(replace(model_by_verdicts(exact, verdicts), provenance=source))
-        elif isinstance(budget, TrackingBudget):
-            tracked = simplify_for_tracking(budget, exact.form, motion, search)
-            held_model = tracked.held
-        else:
-            held_model = search(budget)
+        found = search_model(
+            exact,
+            motion,
+            None if level == "element" else budget,
+            search_options,
+            margin=margin,
+            at_states=at_set_points,
+            certified=certified,
+            verdicts=verdicts,
+            provenance=provenance(command_line()),
+            stage=stage,
+            progress=stage.advance,
+        )
+        held_model = found.held
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
-        result = result if tracked is None else tracked.beside(result)
+        result = result if found.tracked is None else found.tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)
@@ -203,10 +192,11 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
     with output.working() as stage:
         from gd_analyze.results.term_results import ranking_result
         from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
+        from gd_analyze.simplification.term_ranking import rank_terms
 
         exact, _ = inputs.exact()
         stage("ranking")
-        result = ranking_result(gd.rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
+        result = ranking_result(rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
     output.give(result)
 
 
@@ -219,7 +209,7 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
     help="Take all models of a level from one elimination: seconds, not minutes, but more operations.",
 )
 @reporting
-def trade_off(inputs: Given, budget: gd.Budget, quick: bool, output: Output) -> None:
+def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
     Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.

@@ -83,6 +83,7 @@ def evaluate(
     with output.working() as stage:
         from gd_analyze.files import write_text
         from gd_analyze.motions.pool import motions_of
+        from gd_analyze.motions.states import states_in_box
         from gd_analyze.robots.payload import carrying
         from gd_analyze.simplification.model_torque import torque_csv
         from gd_analyze.studies.evaluation_result import evaluation_result, junit_xml
@@ -95,7 +96,7 @@ def evaluate(
         stage("evaluating", len(motions) or 1)
         evaluation = gd.evaluate(
             loaded,
-            motions or gd.states_in_box(loaded.arm, states, seed),
+            motions or states_in_box(loaded.arm, states, seed),
             reference_arm if payload is None else carrying(reference_arm, payload),
             fail_over=fail_over,
             strict=strict,
@@ -137,7 +138,7 @@ def evaluate(
 @click.option("--check", is_flag=True, help="Prove again the certificate stated in the model's file.")
 @reporting
 def certify(
-    model: Path, along: str | None, margin: gd.Margin | None, effort: int, check: bool, output: Output
+    model: Path, along: str | None, margin: gd.types.Margin | None, effort: int, check: bool, output: Output
 ) -> None:
     r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
@@ -164,6 +165,8 @@ def certify(
         raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:
         from gd_analyze.certification.proof import proof, proven_again
+        from gd_analyze.motions.margin import Margin
+        from gd_analyze.motions.states import states_of
         from gd_analyze.simplification.model_claims import measured_at
 
         loaded = gd.load_model(model)
@@ -171,13 +174,13 @@ def certify(
         if motion:
             loaded = loaded.stating(loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
-            loaded = measured_at(loaded, gd.states_of(motion))
+            loaded = measured_at(loaded, states_of(motion))
         stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None or check else 2))
         if check:
             result, holds = proven_again(loaded, motion, progress=stage.advance)
         else:
             result, holds = (
-                proof(loaded, motion, margin=margin or gd.Margin(), effort=effort, progress=stage.advance),
+                proof(loaded, motion, margin=margin or Margin(), effort=effort, progress=stage.advance),
                 True,
             )
     output.give(result)

@@ -31,8 +31,10 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.result import value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.text import html_of, joint_name
 from gd_analyze.threads import on_one_thread
 
 # Every kind of cause; a new one is one more entry.
@@ -100,6 +102,17 @@ class Diagnosis:
     def __repr__(self) -> str:
         names = ", ".join(cause.name for cause in self.causes) or "no cause"
         return f"Diagnosis({self.arm.name!r}, {names})"
+
+    def _repr_html_(self) -> str:
+        """What remains of each joint's torque, as logged and mended, for a notebook."""
+        columns = (self.before.residuals.tolist(), self.after.residuals.tolist())
+        rows = [
+            [joint_name(i, joint.name), *(value_text(x, shown="percent") for x in pair)]
+            for i, (joint, *pair) in enumerate(zip(self.arm.joints, *columns, strict=True), start=1)
+        ]
+        causes = [f"{cause.what}: {cause.remedy}." for cause in self.causes] or ["No cause was found."]
+        title = f"{self.arm.title or self.arm.name} diagnosed with {', '.join(self.logs)}"
+        return html_of(title, ["joint", "remains", "with the causes"], rows, " ".join(causes))
 
     @property
     def cause(self) -> Candidate | None:

@@ -252,7 +252,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> base = gd.base_parameters("two_link")
+    >>> base = gd.tables.base_parameters("two_link")
     >>> base
     BaseParameters('two_link', 6 of 20)
     >>> base["PXX2"].combination

@@ -9,17 +9,18 @@ from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gd_analyze.arrays import CHUNK, Array, FloatArray, chunks, round_off_of
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.limits import require_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.spool import release
-from gd_analyze.motions.states import States, states_of
+from gd_analyze.motions.states import States, broadcast_states, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
@@ -47,8 +48,11 @@ ReadRows = Callable[[NDArray[np.intp]], Array]
 @on_one_thread
 def decompose(
     arm: RobotArm | str | Path,
-    trajectory: GivenMotions,
+    trajectory: GivenMotions | None = None,
     *,
+    q: ArrayLike | None = None,
+    qd: ArrayLike | None = None,
+    qdd: ArrayLike | None = None,
     christoffel: bool = True,
     by_link: bool = False,
     terms: bool = False,
@@ -61,6 +65,10 @@ def decompose(
     ----------
     arm, trajectory
         The arm and its motion, or several motions; or a shipped name, or the path of a file.
+    q, qd, qdd
+        States in place of a motion: joint variables, velocities and accelerations, rad (m) and per s, s^2,
+        shape (N, n) or (n,), which are broadcast; velocities and accelerations left out are zero. The dataset
+        numbers them from 0 along `time`.
     christoffel
         Keep h_ijk: 2 n^3 numbers per set point.
     by_link
@@ -82,23 +90,54 @@ def decompose(
     ------
     TrajectoryError
         If the trajectory has another number of joints.
+    UsageError
+        If there is neither a motion nor q, or both, or the arrays do not fit.
     ArmError
         If drives are asked for and the arm describes none.
 
     Examples
     --------
     >>> import gd_analyze as gd
+    >>> gd.decompose("two_link", q=[0.3, 0.1]).gravity_loading.shape
+    (1, 2)
     >>> arm = gd.load_arm("two_link")
     >>> dataset = gd.decompose(arm, gd.read_trajectory("two-link-swing", arm))
     >>> dataset.inertia.dims
     ('time', 'effect', 'joint', 'joint_j')
     """
     arm = arm_of(arm)
-    trajectory = trajectory_of(trajectory, arm)
+    trajectory = _motion_of(arm, trajectory, q, qd, qdd)
     require_joints(trajectory, arm)
     parts = {"christoffel": christoffel, "by_link": by_link, "terms": terms}
     arrays = decompose_states(arm, states_of(trajectory), **parts, drives=drives, progress=progress)
     return labelled(arm, trajectory, arrays)
+
+
+def _motion_of(
+    arm: RobotArm,
+    trajectory: GivenMotions | None,
+    q: ArrayLike | None,
+    qd: ArrayLike | None,
+    qdd: ArrayLike | None,
+) -> Trajectory:
+    """Take the motion given, or states as set points one second apart."""
+    if (trajectory is None) == (q is None):
+        message = "there is nothing to decompose" if q is None else "there are a motion and states"
+        raise UsageError(message, where="trajectory", expected="either a motion or q")
+    if trajectory is not None:
+        for name, values in (("qd", qd), ("qdd", qdd)):
+            if values is not None:
+                message = f"{name} is for states, and a motion is given"
+                raise UsageError(message, where=name, expected=f"a motion, or q with {name}")
+        return trajectory_of(trajectory, arm)
+    still, quantities = np.zeros(arm.n_joints), {"q": q, "qd": qd, "qdd": qdd}
+    given = {name: still if values is None else values for name, values in quantities.items()}
+    arrays = broadcast_states(arm.n_joints, f"arm {arm.name}", UsageError, **given)
+    if arrays[0].ndim > 2 or not arrays[0].size:
+        expected, shape = f"shape (N, {arm.n_joints}) or ({arm.n_joints},)", str(arrays[0].shape)
+        raise UsageError("q does not number its states", where="q", expected=expected, found=shape)
+    q, qd, qdd = (array.reshape(-1, arm.n_joints) for array in arrays)
+    return Trajectory(np.arange(float(len(q))), q, qd, qdd, "states", "arrays in memory, numbered along time")
 
 
 def decomposition_coordinates(
@@ -139,11 +178,19 @@ def labelled(arm: RobotArm, trajectory: Trajectory, arrays: Mapping[str, Any]) -
     }
     if trajectory.whole is not None:
         attrs["set_points"] = trajectory.n_stated
+    if trajectory.gaps:
+        attrs["gap_times"] = trajectory.time[list(trajectory.gaps)].tolist()
     if motions := trajectory.motions:
         attrs["motions"] = [motion.name for motion in motions]
         attrs["motion_ends"] = [motion.end for motion in motions]
         attrs["motion_fingerprints"] = [motion.fingerprint for motion in motions]
     return table("decomposition", arrays, arm.is_revolute, coords, attrs)
+
+
+def gaps_in(dataset: xr.Dataset) -> tuple[int, ...]:
+    """Set points of a decomposition, or of some of its rows, before which the motion is unknown."""
+    before = np.searchsorted(dataset.time.values, np.atleast_1d(dataset.attrs.get("gap_times", [])))
+    return tuple(row for row in np.unique(before).tolist() if 0 < row < dataset.sizes["time"])
 
 
 @on_one_thread
@@ -188,6 +235,8 @@ def decompose_states(
     ArmError
         If drives are asked for and the arm describes none.
     """
+    require_type(arm, RobotArm, "arm", "a RobotArm, as `load_arm` returns it")
+    require_type(states, States, "states", "the States of `states_of` or `states_in_box`")
     require_states_fit(arm, states)
     leading, drives = states.q.shape[:-1], arm.counts_drives(drives)
     q, qd, qdd = states.last

@@ -20,7 +20,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, array_of, chunks, peak_magnitude, round_off_of
 from gd_analyze.errors import UsageError
 from gd_analyze.files import data_folder
-from gd_analyze.schema import GROUPS, table, unit_of
+from gd_analyze.schema import GROUPS, require_table, table, unit_of
 from gd_analyze.text import joined
 
 if TYPE_CHECKING:
@@ -141,8 +141,10 @@ def rank(
     Raises
     ------
     UsageError
-        If the budget is neither a share nor one torque per joint, or h_ijk are asked for but missing.
+        If the dataset is no decomposition, the budget is neither a share nor one torque per joint, or h_ijk
+        are asked for but missing.
     """
+    require_table(dataset, "decomposition", "decompose")
     if christoffel and "christoffel" not in dataset:
         raise UsageError(
             "there are no h_ijk to rank",

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.dynamics.dominance import DOMINANT, SOURCES, elements, rank, ratio
-from gd_analyze.schema import table
+from gd_analyze.schema import require_table, table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,13 +47,16 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> over_time = gd.dominance_over_time(gd.decompose("puma560", "pick-and-place"))
+    >>> over_time = gd.tables.dominance_over_time(gd.decompose("puma560", "pick-and-place"))
     >>> over_time.dominance.sel(element="D15").dims
     ('time', 'effect')
-    >>> gd.verdicts(over_time).sel(element="D15").values[:2].tolist()
+    >>> gd.tables.verdicts(over_time).sel(element="D15").values[:2].tolist()
     ['negligible', 'negligible']
     """
-    ranking = rank(dataset) if ranking is None else ranking
+    require_table(dataset, "decomposition", "decompose")
+    if ranking is None:
+        ranking = rank(dataset)
+    require_table(ranking, "dominance", "rank", "ranking")
     labels, joints, peaks = (ranking[name].values for name in ("element", "torque_joint", "peak"))
     n, threshold = dataset.sizes["joint"], float(ranking.attrs["threshold"])
     allowed, floor = (np.asarray(ranking.attrs[name]) for name in ("allowed", "floor"))
@@ -126,7 +129,14 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     -------
     xarray.DataArray
         Verdicts as words, (time, element).
+
+    Raises
+    ------
+    UsageError
+        If this is another dataset, such as a decomposition: `dataset.gd.verdicts()` takes that.
     """
+    step = "of a decomposition, dataset.gd.verdicts() gives them"
+    require_table(over_time, "dominance_over_time", "dominance_over_time", "over_time", step)
     needed = over_time.needed.transpose("effect", "time", "element").values
     dominant, over_motion = over_time.dominant.values, over_time.over_motion.values
     standing = np.stack([np.isin(dominant, [effect, "both"]) for effect in DOMINANT[1:3]])

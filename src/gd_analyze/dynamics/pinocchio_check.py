@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeError, require_type
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Placement
-from gd_analyze.schema import units_of
+from gd_analyze.schema import require_table, units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,6 +52,8 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
     GdAnalyzeError
         If a difference exceeds the round-off bound: then one of the two programs is wrong.
     """
+    require_type(arm, RobotArm, "arm", "a RobotArm, as `load_arm` returns it")
+    require_table(dataset, "decomposition", "decompose")
     count = dataset.sizes["time"]
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_SET_POINTS)).round().astype(int))
     part = dataset.isel(time=chosen)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.c import C, Cpp
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python
@@ -215,6 +215,7 @@ def written(
     subject: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
 ) -> Exported:
     """Write the functions in languages, see `export`."""
+    require_type(languages, (str, list, tuple), "languages", f"one or several of {', '.join(LANGUAGES)}")
     files: dict[str, str] = {}
     chosen: dict[str, Language] = {}
     for name in (languages,) if isinstance(languages, str) else languages:

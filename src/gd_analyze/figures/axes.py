@@ -14,7 +14,7 @@ from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, FigureWords, Panel
-from gd_analyze.figures.run import Run
+from gd_analyze.figures.run import Elements, Run
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 
 if TYPE_CHECKING:
@@ -29,7 +29,60 @@ _FOOT = 8.0
 
 
 @dataclass(frozen=True)
-class Plots:
+class ElementPlots:
+    """Figures of the elements of a decomposition.
+
+    Each method draws a new figure of `matplotlib.pyplot`, or on given axes, and returns a list of its axes,
+    one per element, row by row, in SI units.
+    """
+
+    run: Elements
+
+    def __repr__(self) -> str:
+        names = dict.fromkeys(name for each in type(self).__mro__ for name in vars(each))
+        shown = (f"{name}()" for name in names if not name.startswith("_") and name != "run")
+        return f"{type(self).__name__}: {', '.join(shown)}"
+
+    def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+        """Elements of D by effect.
+
+        Parameters
+        ----------
+        elements
+            Labels, such as ["D12", "D15"]; by default the whole upper triangle.
+        ax
+            Axes to draw on, one per element, in place of a new figure.
+        look
+            `x`, "time" (default) or "set point"; `effects`, some of "translation", "rotation" and "combined";
+            `marked`, whether set points are marked, by default if there are up to 50.
+
+        Raises
+        ------
+        UsageError
+            If an element or effect is unknown, or the number of axes is wrong.
+        """
+        return axes_of(inertia_figure(self.run, self._look(elements, look)), ax)
+
+    def coriolis_centrifugal(
+        self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any
+    ) -> list[Axes]:
+        """Elements of h by effect; arguments as for `inertia`, effects also "centrifugal" and "coriolis"."""
+        return axes_of(vector_figure(self.run, "coriolis_centrifugal", self._look(elements, look)), ax)
+
+    def gravity_loading(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+        """Elements of c; arguments as for `inertia`."""
+        return axes_of(vector_figure(self.run, "gravity_loading", self._look(elements, look)), ax)
+
+    def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
+        is_short = len(self.run.time) <= MARKED
+        fields: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
+        if "effects" in fields:
+            fields["effects"] = tuple(fields["effects"])
+        return Look(**fields)
+
+
+@dataclass(frozen=True)
+class Plots(ElementPlots):
     """Figures of one run.
 
     Each method draws the report's figure as a new figure of `matplotlib.pyplot` and returns a list of its
@@ -37,10 +90,6 @@ class Plots:
     """
 
     run: Run
-
-    def __repr__(self) -> str:
-        names = (name for name in vars(Plots) if not name.startswith("_") and name != "run")
-        return f"Plots: {', '.join(f'{name}()' for name in names)}"
 
     def torque(self) -> list[Axes]:
         """Torque of every joint over time, stacked by contribution."""
@@ -79,43 +128,6 @@ class Plots:
     def shares(self) -> list[Axes]:
         """What makes each joint's torque, as shares of the sum of RMS; one axes per joint."""
         return axes_of(shares_figure(self.run))
-
-    def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
-        """Elements of D by effect.
-
-        Parameters
-        ----------
-        elements
-            Labels, such as ["D12", "D15"]; by default the whole upper triangle.
-        ax
-            Axes to draw on, one per element, in place of a new figure.
-        look
-            `x`, "time" (default) or "set point"; `effects`, some of "translation", "rotation" and "combined";
-            `marked`, whether set points are marked, by default if there are up to 50.
-
-        Raises
-        ------
-        UsageError
-            If an element or effect is unknown, or the number of axes is wrong.
-        """
-        return axes_of(inertia_figure(self.run, self._look(elements, look)), ax)
-
-    def coriolis_centrifugal(
-        self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any
-    ) -> list[Axes]:
-        """Elements of h by effect; arguments as for `inertia`, effects also "centrifugal" and "coriolis"."""
-        return axes_of(vector_figure(self.run, "coriolis_centrifugal", self._look(elements, look)), ax)
-
-    def gravity_loading(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
-        """Elements of c; arguments as for `inertia`."""
-        return axes_of(vector_figure(self.run, "gravity_loading", self._look(elements, look)), ax)
-
-    def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
-        is_short = self.run.trajectory.n_set_points <= MARKED
-        fields: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
-        if "effects" in fields:
-            fields["effects"] = tuple(fields["effects"])
-        return Look(**fields)
 
 
 def axes_of(figure: Figure, ax: Given = None) -> list[Axes]:

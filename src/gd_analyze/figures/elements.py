@@ -29,7 +29,7 @@ from gd_analyze.figures.figure import (
     time_axis,
     value_axis,
 )
-from gd_analyze.figures.run import Run
+from gd_analyze.figures.run import Elements
 from gd_analyze.text import prefixed, pretty
 
 # Short marks of verdicts; a drive has the symbol of its inertia.
@@ -86,9 +86,9 @@ class Look:
                         f"there is no {name!r} to draw", where=field_name, expected=expected, found=name
                     )
 
-    def chosen(self, run: Run, quantity: str) -> list[Element]:
+    def chosen(self, run: Elements, quantity: str) -> list[Element]:
         """Elements of a quantity that are asked for; UsageError for an unknown label."""
-        by_label = {e.label: e for e in elements(run.arm.n_joints) if e.quantity == quantity}
+        by_label = {e.label: e for e in elements(run.n_joints) if e.quantity == quantity}
         for label in self.elements:
             if label not in by_label:
                 expected = f"one of {', '.join(by_label)}"
@@ -106,20 +106,20 @@ _ROOM = 600.0
 USUAL_LOOK = Look()
 
 
-def inertia_figure(run: Run, look: Look = USUAL_LOOK) -> Figure:
+def inertia_figure(run: Elements, look: Look = USUAL_LOOK) -> Figure:
     """Elements of D by effect, row by row of the upper triangle; [FGL87] Fig. 3.10."""
     return _in_rows(run, "Mass matrix by effect", look.chosen(run, "inertia"), look)
 
 
-def vector_figure(run: Run, quantity: str, look: Look = USUAL_LOOK) -> Figure:
+def vector_figure(run: Elements, quantity: str, look: Look = USUAL_LOOK) -> Figure:
     """Elements of a vector, "coriolis_centrifugal" ([FGL87] Fig. 3.11) or "gravity_loading"."""
     words = {"coriolis_centrifugal": "Coriolis and centrifugal vector by effect"}
     return _in_rows(run, words.get(quantity, "Gravity loading vector"), look.chosen(run, quantity), look)
 
 
-def _in_rows(run: Run, label: str, chosen: Sequence[Element], look: Look) -> Figure:
+def _in_rows(run: Elements, label: str, chosen: Sequence[Element], look: Look) -> Figure:
     """Panels of one size, so that all of D and h fill one page."""
-    n = run.arm.n_joints
+    n = run.n_joints
     most = max(math.isqrt(n * (n + 3) // 2), 3)
     of_vector = n if n <= _ONE_ROW else most
     rows = -(-n * (n + 1) // 2 // most) + -(-n // of_vector)
@@ -133,7 +133,7 @@ def _legend(look: Look) -> tuple[LegendKey, ...]:
     return tuple(key for key in _LEGEND if key.colour in look.effects and key.colour not in look.hidden)
 
 
-def element_curves(run: Run, element: Element) -> dict[str, FloatArray]:
+def element_curves(run: Elements, element: Element) -> dict[str, FloatArray]:
     """Values of an element at the set points that are drawn, shape (N,) each.
 
     "combined" for every element, "translation" and "rotation" for D and h, and the shares "centrifugal" and
@@ -157,17 +157,17 @@ def subscripted(label: str) -> str:
     return label[0] + label[1:].translate(_SUBSCRIPTS)
 
 
-def _rank(run: Run, element: Element) -> int:
+def _rank(run: Elements, element: Element) -> int:
     return int(np.flatnonzero(run.dominance.element.values == element.label)[0])
 
 
-def _panel(run: Run, element: Element, pitch: float, look: Look) -> Panel:
+def _panel(run: Elements, element: Element, pitch: float, look: Look) -> Panel:
     """Translation, rotation and both together, titled by label, unit and verdict."""
     rank = _rank(run, element)
     unit, peak, verdict = (run.dominance[name].values[rank] for name in ("unit", "peak", "verdict"))
     curves, points = element_curves(run, element), run.drawn[0]
     curves = {role: curve for role, curve in curves.items() if role in look.effects}
-    time, gaps = run.trajectory.time[points], run.gaps_among(points)
+    time, gaps = run.time[points], run.gaps_among(points)
     axis = time_axis(time, 2)
     if look.x == "set point":
         time = 1.0 + points.astype(float)

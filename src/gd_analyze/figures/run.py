@@ -1,4 +1,4 @@
-"""One arm along one trajectory, as needed by figures."""
+"""What figures need: a decomposition with its ranking, or all of one arm along one trajectory."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, evenly
-from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
+from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand, gaps_in
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.motions.trajectory import Trajectory
@@ -28,12 +28,52 @@ STRETCHES = 500
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Run:
-    """Input of figures; `gd_analyze.results.findings.Findings` holds all results."""
+class Elements:
+    """Input of figures of elements: a decomposition and its ranking."""
+
+    tables: Mapping[str, xr.Dataset]  # by the groups of `gd_analyze.schema.GROUPS`
+
+    @property
+    def decomposition(self) -> xr.Dataset:
+        """Dataset of `decompose`; for a long trajectory, elements are evaluated, or read, on access."""
+        return self.tables["decomposition"]
+
+    @property
+    def dominance(self) -> xr.Dataset:
+        """Dataset of `rank`."""
+        return self.tables["dominance"]
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return int(self.decomposition.sizes["joint"])
+
+    @property
+    def time(self) -> FloatArray:
+        """Instants of the set points, s, shape (N,)."""
+        return np.asarray(self.decomposition.time.values)
+
+    @property
+    def gaps(self) -> tuple[int, ...]:
+        """Set points before which the motion is unknown, see `Trajectory`."""
+        return gaps_in(self.decomposition)
+
+    @cached_property
+    def drawn(self) -> tuple[NDArray[np.intp], xr.Dataset]:
+        """Set points at which elements are drawn, and the decomposition there; all of a short trajectory."""
+        return drawn(self.decomposition)
+
+    def gaps_among(self, points: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Indices of these set points before which the motion is unknown."""
+        return np.unique(np.searchsorted(points, self.gaps))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Run(Elements):
+    """Input of all figures; `gd_analyze.results.findings.Findings` holds all results."""
 
     arm: RobotArm
     trajectory: Trajectory
-    tables: Mapping[str, xr.Dataset]  # by the groups of `gd_analyze.schema.GROUPS`
     model: SimplifiedModel | None = None  # None if only elements are drawn
 
     @staticmethod
@@ -47,19 +87,9 @@ class Run:
         return Run(arm=arm, trajectory=trajectory, tables=tables)
 
     @property
-    def decomposition(self) -> xr.Dataset:
-        """Dataset of `decompose`; for a long trajectory, elements are evaluated, or read, on access."""
-        return self.tables["decomposition"]
-
-    @property
-    def dominance(self) -> xr.Dataset:
-        """Dataset of `rank`."""
-        return self.tables["dominance"]
-
-    @cached_property
-    def drawn(self) -> tuple[NDArray[np.intp], xr.Dataset]:
-        """Set points at which elements are drawn, and the decomposition there; all of a short trajectory."""
-        return drawn(self.decomposition)
+    def gaps(self) -> tuple[int, ...]:
+        """Set points before which the motion is unknown, see `Trajectory`."""
+        return self.trajectory.gaps
 
     @cached_property
     def exact_torque(self) -> FloatArray:
@@ -76,10 +106,6 @@ class Run:
         """Torque that round-off alone explains, N m: the bound of the cross-check."""
         check = self.tables["cross_check"]
         return float(check.round_off_bound.values[check.quantity.values == "torque"].max())
-
-    def gaps_among(self, points: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Indices of these set points before which the motion is unknown."""
-        return np.unique(np.searchsorted(points, self.trajectory.gaps))
 
 
 def drawn(dataset: xr.Dataset) -> tuple[NDArray[np.intp], xr.Dataset]:

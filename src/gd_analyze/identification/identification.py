@@ -10,7 +10,9 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.identification.estimate import Estimate, start_of
+from gd_analyze.result import value_text
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.text import html_of, joint_name
 
 
 @dataclass(frozen=True)
@@ -127,6 +129,24 @@ class Identification:
     def __repr__(self) -> str:
         count, of = sum(parameter.identifiable for parameter in self.parameters), len(self.parameters)
         return f"Identification({self.given.name!r}, {count} of {of} base parameters identifiable)"
+
+    def _repr_html_(self) -> str:
+        """Residual torques of file and identified arm by joint, for a notebook."""
+        pairs = zip(self.given.joints, self.residuals, strict=True)
+        rows = [
+            [
+                joint_name(i, joint.name),
+                value_text(residuals.rms("measured"), joint.effort_unit),
+                *(
+                    value_text(residuals.share(model), shown="percent")
+                    for model in ("file", "friction", "identified")
+                ),
+            ]
+            for i, (joint, residuals) in enumerate(pairs, start=1)
+        ]
+        headings = ["joint", "RMS torque", "file", "file with friction", "identified"]
+        title = f"{self.given.title or self.given.name} identified from {', '.join(self.logs)}"
+        return html_of(title, headings, rows, f"RMS residuals over the RMS torque. {self!r}")
 
     @property
     def start(self) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import require_type
 from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.read import read_trajectory
@@ -92,6 +93,10 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     >>> pool([rest, rest]).name
     'rest+rest-2'
     """
+    require_type(motions, Iterable, "motions", "a list of trajectories")
+    motions = list(motions)
+    for motion in motions:
+        require_type(motion, Trajectory, "motions", "a list of trajectories")
     parts = _distinct(motions)
     if len(parts) == 1:
         return parts[0]

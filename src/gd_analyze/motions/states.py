@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
-from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError
+from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError, require_type
 from gd_analyze.motions import trajectory as motion
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Motion, Trajectory
@@ -125,6 +125,7 @@ def in_words(described: Mapping[str, str | int]) -> str:
 
 def states_of(trajectory: Trajectory) -> States:
     """Take the set points of a trajectory."""
+    require_type(trajectory, Trajectory, "trajectory", "a Trajectory, such as `read_trajectory` returns")
     described: dict[str, str | int] = {
         "trajectory": trajectory.name,
         "trajectory_fingerprint": trajectory.fingerprint,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, array_of
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import TrajectoryError, require_type
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Log, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
@@ -82,7 +82,8 @@ class Trajectory:
     time
         Instants, strictly increasing, s, shape (N,).
     q, qd, qdd
-        Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (N, n).
+        Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (N, n). Velocities and
+        accelerations that are left out are derived, as those of a CSV file are; `from_arrays` has options.
     name
         Short identifier, used for output folders and titles.
     origin
@@ -102,13 +103,22 @@ class Trajectory:
     Raises
     ------
     TrajectoryError
-        If shapes disagree, a number is not finite or too large, time does not increase, or gaps do not fit.
+        If shapes disagree, a number is not finite or too large, time does not increase, gaps do not fit, or
+        there are too few set points to derive from.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> time = np.linspace(0.0, 2.0, 101)
+    >>> Trajectory(time, np.column_stack([np.sin(time), np.cos(time)])).derivatives_from
+    'qd and qdd derived: C4 (quintic) spline through the given q'
     """
 
     time: FloatArray
     q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
+    # Never None in a trajectory that exists
+    qd: FloatArray = None  # type: ignore[assignment]
+    qdd: FloatArray = None  # type: ignore[assignment]
     name: str = "trajectory"
     origin: str = ""
     derivatives_from: str = "given"
@@ -119,6 +129,8 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
+        if self.qd is None or self.qdd is None:
+            self._derive()
         for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
             array = values.view() if is_mapped(values) else values.copy()
             wrong = (chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in blocks(array))
@@ -136,6 +148,15 @@ class Trajectory:
         if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
             expected = f"ascending numbers from 1 to {len(self.q) - 1}"
             raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
+
+    def _derive(self) -> None:
+        """Set the velocities and accelerations that were left out."""
+        arrays = _arrays(self.time, self.q, self.qd, self.qdd)
+        rows = (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
+        log = Log(arrays["time"], *rows, False, (), self.name, self.origin, self.gaps, judged=True)
+        derived = Trajectory.from_log(log)
+        for name in ("time", "q", "qd", "qdd", "derivatives_from", "gaps", "recording"):
+            object.__setattr__(self, name, getattr(derived, name))
 
     @classmethod
     def from_arrays(
@@ -176,9 +197,9 @@ class Trajectory:
         --------
         >>> import numpy as np
         >>> time = np.linspace(0.0, 2.0, 101)
-        >>> motion = Trajectory.from_arrays(time, np.column_stack([np.sin(time), np.cos(time)]))
-        >>> motion.derivatives_from
-        'qd and qdd derived: C4 (quintic) spline through the given q'
+        >>> readings = np.column_stack([np.sin(time), np.cos(time)]).round(3)
+        >>> Trajectory.from_arrays(time, readings, measured=True).recording.measured
+        True
         """
         arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
         origin, rows = "arrays in memory", (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
@@ -344,6 +365,7 @@ def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterabl
 
     `comments` come first, given without `#`; usually the command that makes the file. Raises OutputError.
     """
+    require_type(trajectory, Trajectory, "trajectory", "a Trajectory")
     write_text(path, trajectory_csv(trajectory, comments))
 
 

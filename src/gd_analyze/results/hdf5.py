@@ -159,6 +159,8 @@ def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: 
             (variables if key in declared else coordinates)[key] = (dims, values, attributes)
     attributes = read_attributes(group)
     attributes.pop(_COORDINATES, None)
+    import gd_analyze.results.accessor  # noqa: F401  registers the accessor `gd` of datasets
+
     table = xr.Dataset(variables, coordinates, attributes)
     validate(table, name, revolute)
     return table

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.errors import GdAnalyzeError, Location, StoreError
-from gd_analyze.files import replacing, warn_of_others
+from gd_analyze.errors import GdAnalyzeError, Location, StoreError, require_type
+from gd_analyze.files import path_of, replacing, warn_of_others
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
 from gd_analyze.results.motion_tables import trajectory_in
@@ -68,6 +68,7 @@ def save_results(findings: Findings, path: str | Path) -> None:
     StoreError
         If a number is not finite although its variable must be.
     """
+    require_type(findings, Findings, "findings", "the Findings of `analyze` or `load_findings`")
     with replacing(path) as temporary:
         write_results(findings, temporary)
 
@@ -105,7 +106,7 @@ def load_findings(path: str | Path) -> Findings:
     StoreError
         As for `load_results`, with the same warnings.
     """
-    path = Path(path)
+    path = path_of(path)
     with _opened(path) as file:
         attributes = read_attributes(file)
         tables, documents, arm = _read(file, MOST_KEPT)
@@ -162,7 +163,7 @@ def load_results(path: str | Path) -> xr.DataTree:
     """
     import xarray as xr
 
-    path = Path(path)
+    path = path_of(path)
     with _opened(path) as file:
         root = xr.Dataset(attrs=read_attributes(file))
         tables, _, arm = _read(file)

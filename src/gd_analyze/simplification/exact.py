@@ -18,7 +18,7 @@ from gd_analyze.dynamics.base_parameters import inertial_parameters, regressor
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import GdAnalyzeWarning, require_type
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
@@ -197,6 +197,13 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     return any(len(outer_form.torques) > most for outer_form in outer) or len(form.torques) > most
 
 
+def require_exact(value: object) -> None:
+    """Raise a UsageError unless an argument is exact dynamics at states."""
+    require_type(
+        value, ExactDynamics, "exact", "an ExactDynamics, as `ExactDynamics.of(arm, states)` makes it"
+    )
+
+
 @on_one_thread
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
     """Standard uncertainty of the torque due to those stated for the arm's parameters, N m (N), shape (N, n).
@@ -215,6 +222,8 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     >>> torque_uncertainty(puma, states_in_box(puma, 10)).shape
     (10, 6)
     """
+    arm = arm_of(arm)
+    require_type(states, States, "states", "the States of `states_of` or `states_in_box`")
     if arm.spread is not None:
         return _of_spread(arm, arm.spread, states, arm.counts_drives(drives))
     changes = [None if link.uncertainty is None else _changes(link) for link in arm.links]

@@ -10,7 +10,7 @@ from functools import cached_property, reduce
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, set_points_last
-from gd_analyze.errors import ModelError
+from gd_analyze.errors import ModelError, require_type
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.steps import NamedSteps
@@ -261,6 +261,11 @@ class SimplifiedModel:
         }
         values = program.run(inputs)
         return np.ascontiguousarray(values.T).reshape(*arrays[0].shape[:-1], len(values))
+
+
+def require_model(value: object) -> None:
+    """Raise a UsageError unless an argument is a model."""
+    require_type(value, SimplifiedModel, "model", "a model, as `simplify` or `load_model` returns it")
 
 
 def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:

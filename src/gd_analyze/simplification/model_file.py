@@ -16,7 +16,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
-from gd_analyze.files import megabytes, read_at_most, warn_of_others, write_text
+from gd_analyze.files import megabytes, path_of, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.operations.program import OperationCount, plain_program, read_back
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
@@ -33,7 +33,7 @@ from gd_analyze.simplification.accuracy import (
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_claims import (
     WRITE_AGAIN,
     measured_where_possible,
@@ -300,6 +300,7 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
     OutputError
         If the file cannot be written.
     """
+    require_model(model)
     write_text(path, model_text(model))
 
 
@@ -345,7 +346,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
     GdAnalyzeWarning
         If numbers of the arm are implausible, or its folder contains files of another run.
     """
-    path = Path(path)
+    path = path_of(path)
 
     def refused(message: str, where: str, expected: str | None, value: str | None) -> ModelError:
         return ModelError(message, where=where, expected=expected, found=value, next_step=WRITE_AGAIN)

@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
 from gd_analyze.dynamics.base_parameters import regressor
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import ModelError
+from gd_analyze.errors import ModelError, require_type
 from gd_analyze.motions.pool import GivenMotions
 from gd_analyze.motions.states import States, require_dataset, states_for
 from gd_analyze.motions.trajectory import Trajectory
@@ -21,7 +21,7 @@ from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import ErrorTable, NormShare, share_of
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -175,6 +175,8 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     PayloadEffect
         Torque per mass, N m/kg (N/kg), and largest mass, kg, by joint.
     """
+    require_model(model)
+    require_type(states, States, "states", "the States of `states_of` or `states_in_box`")
     states = states_for(model.arm, states)
     exact = ExactDynamics(model.form, states)
     error = model.torque(*states.arrays) - exact.torque

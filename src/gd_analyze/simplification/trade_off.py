@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm, too_many_terms
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm, require_exact, too_many_terms
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -85,6 +85,7 @@ def trade_off(
     tuple
         Points (`TradeOffPoint`) by kind and growing budget.
     """
+    require_exact(exact)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)

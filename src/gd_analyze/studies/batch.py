@@ -14,11 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, OutputError, UsageError
+from gd_analyze.errors import (
+    GdAnalyzeError,
+    GdAnalyzeWarning,
+    Location,
+    OutputError,
+    UsageError,
+    require_type,
+)
 from gd_analyze.files import (
     RESULT_FILES,
     appending_alone,
     mark_of,
+    path_of,
     replacing,
     replacing_together,
     require_writable,
@@ -117,6 +125,8 @@ def batch(
     OutputError
         If the folder cannot be written to.
     """
+    require_type(table, (str, Path, Sequence), "table", "a file, a folder, or rows as mappings")
+    path_of(out)
     if isinstance(table, str | Path):
         rows = rows_in(Path(table))
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent

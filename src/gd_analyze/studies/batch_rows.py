@@ -13,7 +13,7 @@ from itertools import islice, product
 from pathlib import Path
 from typing import Any, get_type_hints
 
-from gd_analyze.errors import Location, UsageError
+from gd_analyze.errors import Location, UsageError, require_type
 from gd_analyze.files import read_at_most
 from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
@@ -76,6 +76,7 @@ def checked_rows(rows: Sequence[BatchRow], where: str) -> list[BatchRow]:
     """Refuse rows with an unknown option or without arm or trajectory, and an empty table."""
     for number, row in enumerate(rows, start=1):
         place = f"{where}, row {number}"
+        require_type(row, Mapping, place, "a mapping of options")
         for key in row:
             if key not in KEYS:
                 near = difflib.get_close_matches(str(key), KEYS, n=1)

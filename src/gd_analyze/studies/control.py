@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
@@ -18,14 +20,16 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_torque import require_arm
 from gd_analyze.studies import control_bounds as bounds
 from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
+from gd_analyze.text import amount, html_of
 from gd_analyze.threads import on_one_thread
 
 # The polynomials' accelerations agree with the given ones if they are at most this many times as large.
@@ -94,6 +98,28 @@ class ControlStudy:
     def __repr__(self) -> str:
         return f"ControlStudy({self.arm.name!r}, {self.motion.name!r}, {len(self.loops)} loops)"
 
+    def _repr_html_(self) -> str:
+        """The largest tracking error of every controller at the usual rate and speed, for a notebook."""
+        rate, speed = self.settings.usual_rate, self.settings.usual_speed
+        loops = [loop for loop in self.loops if (loop.rate, loop.speed) == (rate, speed)]
+        rows = [
+            [
+                loop.controller.title,
+                *(amount(*pair) for pair in zip(loop.peak_error, self._units, strict=True)),
+                "yes" if loop.within(self.tolerance) else "no",
+            ]
+            for loop in loops
+        ]
+        headings = ["controller", *(f"joint {i + 1}" for i in range(self.arm.n_joints)), "within tolerance"]
+        title = f"{self.arm.title or self.arm.name} controlled along {self.motion.name}"
+        at = "in continuous time" if math.isinf(rate) else f"at {rate:g} Hz"
+        speed_text = "at the planned speed" if speed == 1.0 else f"{speed:g} times as fast as planned"
+        return html_of(title, headings, rows, f"Largest tracking errors, {at}, {speed_text}.")
+
+    @property
+    def _units(self) -> list[str]:
+        return [joint.unit for joint in self.arm.joints]
+
     @cached_property
     def tolerance(self) -> FloatArray:
         """Acceptable tracking error, rad (m), shape (n,)."""
@@ -146,7 +172,7 @@ def control(
     model: SimplifiedModel,
     trajectory: Trajectory | str,
     settings: ControlSettings | None = None,
-    arm: RobotArm | None = None,
+    arm: RobotArm | str | Path | None = None,
     *,
     command: str = "",
     warned: Iterable[str] = (),
@@ -189,12 +215,13 @@ def control(
     --------
     >>> import gd_analyze as gd
     >>> model = gd.simplify("two_link", "two-link-swing", "60%")
-    >>> study = gd.control(model, "two-link-swing", gd.ControlSettings(rates=(500.0,), speeds=(1.0,)))
+    >>> study = gd.control(model, "two-link-swing", gd.types.ControlSettings(rates=(500.0,), speeds=(1.0,)))
     >>> bool(study.loops[0].peak_error.max() < study.loops[2].peak_error.max())
     True
     """
+    require_model(model)
     settings = settings or ControlSettings()
-    moved = model.arm if arm is None else arm
+    moved = model.arm if arm is None else arm_of(arm)
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_joints(motion, model.arm)

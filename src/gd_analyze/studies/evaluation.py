@@ -22,10 +22,11 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable, share_of
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact import allowed_by
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_torque import ModelTorque, model_torque, require_arm
 from gd_analyze.studies.box_exits import BoxExit, box_exits, outside_of
 from gd_analyze.text import amount, html_of, joint_name, percent
@@ -272,7 +273,7 @@ def evaluate(
         Fail where states are not judged.
     box
         Box outside which states are reported; by default the arm's limits, for which `certify` and
-        `simplify_certified` bound a model.
+        `simplify` bound a model.
     progress
         Called with 1 after every motion.
 
@@ -299,7 +300,8 @@ def evaluate(
     GdAnalyzeWarning
         If limits of the box are assumed as the arm states none, or a motion exceeds the drives' torque.
     """
-    arm = model.arm if arm is None else arm
+    require_model(model)
+    arm = model.arm if arm is None else arm_of(arm)
     require_arm(model, arm)
     limit, box = _limit_of(fail_over), box_of(box, arm)
     if strict and limit is None:

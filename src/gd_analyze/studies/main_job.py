@@ -99,7 +99,7 @@ class Settings:
         budget; `budget` only says which elements are negligible.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
-        `simplify_held`. With `operations` it holds at the set points.
+        `simplify`. With `operations` it holds at the set points.
     drives
         Include drive inertia as a separate contribution; by default if the arm describes drives.
     margin

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements
 from gd_analyze.dynamics.many_arms import CONTRIBUTIONS, VERDICT_NAMES, peaks
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -149,6 +149,9 @@ def sweep(
     import xarray as xr
 
     arm = arm_of(arm)
+    expected = 'a range such as "link3.mass=1..5", or a list of ranges'
+    for words in [vary] if isinstance(vary, str) else vary if isinstance(vary, list | tuple) else [vary]:
+        require_type(words, str, "vary", expected)
     varied, budget = VariedArm(arm), _usable(budget)
     ranges = [Range.parse(words, varied) for words in ([vary] if isinstance(vary, str) else vary)]
     names = [span.parameter.name for span in ranges]

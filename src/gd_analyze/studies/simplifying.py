@@ -1,0 +1,233 @@
+"""The one call that simplifies: near a motion, over the arm's limits, or at given states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, cast
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.held import Held
+from gd_analyze.certification.holding import simplify_held
+from gd_analyze.certification.tube import Tube
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.model import SimplifiedModel, with_gamma
+from gd_analyze.simplification.search import TermProgress
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, require_no_budget
+from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
+from gd_analyze.text import SINE_PRICE, in_python
+from gd_analyze.threads import on_one_thread
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@on_one_thread
+def simplify(
+    arm: RobotArm | str | Path,
+    states: States | GivenMotions | xr.Dataset | None = None,
+    budget: Budget | str | None = None,
+    *,
+    level: str | Level = TERM,
+    refit: bool = False,
+    operations: int | None = None,
+    drives: bool | None = None,
+    effort: float = 1.0,
+    within: float | None = None,
+    sine_price: int = SINE_PRICE,
+    margin: Margin | str | None = None,
+    at_set_points: bool = False,
+    certified: bool = False,
+    region: Box | Tube | None = None,
+    verdicts: str = "own",
+) -> SimplifiedModel:
+    """Find the model with the fewest operations within a torque error budget, as `gd-analyze simplify` does.
+
+    Parameters
+    ----------
+    arm
+        The arm, or the name of a built-in one, or the path of its file.
+    states
+        Where the budget holds. Near a trajectory (also by shipped name or path), or near each of several,
+        between set points too. Without one, within the arm's limits: at 20 000 random positions with the
+        worst velocities and accelerations of each, and at those reached by an ascent from the worst. At given
+        states only: those of a decomposition, or any others, see `states_in_box`.
+    budget
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`, or along
+        a motion the allowed tracking error, "tracking 0.1deg"; by default 1 % of each joint's peak torque
+        over the states.
+    level
+        "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
+        energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
+        founding text's method, which keeps no budget but states its error. "fast": the shortest torque
+        program that a search finds; it needs Numba.
+    refit
+        Change kept coefficients to compensate for dropped ones.
+    operations
+        Most multiplications and additions of the torque; the budget is scaled to the smallest that allows it,
+        and holds at the states only.
+    drives
+        Include drive inertia, or take the links alone; by default it is included if the arm describes
+        drives, see `ExactDynamics.of`.
+    effort
+        Length of the search relative to the usual one.
+    within
+        Level fast: seconds after which the search ends with the shortest program found by then.
+    sine_price
+        Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
+        multiplications and additions are minimized.
+    margin
+        How far from a motion the budget holds, see `Margin.parse`.
+    at_set_points
+        Keep the budget at the set points of trajectories only, or at states drawn within the limits.
+    certified
+        Return only a model whose budget is proven, or the exact one.
+    region
+        A box, or a tube around a motion, in which the budget holds; shares of peak torque are of that at the
+        states.
+    verdicts
+        Level element: "own", the verdicts over the states, or "text", those of the founding text.
+
+    Returns
+    -------
+    SimplifiedModel
+        Its largest error over the states, measured on its own program, is within the budget; what is proven
+        beyond is its `accuracy.certificate`. It is the exact model if none that saves operations was found.
+        Its `notice` names joints whose budget is below friction or torque uncertainty.
+
+    Raises
+    ------
+    UsageError
+        If the budget is not understood, does not fit the number of joints, or is a share of a number that the
+        arm does not state; if the level has nothing to refit; if a margin or a proof is asked for where the
+        budget holds at given states only; or if not even the exact model can be certified.
+    TrajectoryError
+        If no motion leads from one set point to the next; `at_set_points` does without one.
+    ArmError
+        If drives are asked for and the arm describes none.
+
+    Examples
+    --------
+    >>> import gd_analyze as gd
+    >>> model = gd.simplify("two_link", "two-link-swing", "60%")
+    >>> bool((model.accuracy.certificate.certified <= model.accuracy.allowed).all())
+    True
+    """
+    arm = arm_of(arm)
+    how = SearchOptions(
+        level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
+    )
+    motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
+    if states is None:
+        states = states_in_box(arm)
+    elif not is_given:
+        motion = trajectory_of(cast(GivenMotions, states), arm)
+        states = states_of(motion)
+    if region is not None and not isinstance(region, Box | Tube):
+        message, expected = "this is no region", "a Box or a Tube of `gd_analyze.types`"
+        raise UsageError(message, where="region", expected=expected, found=in_python(region))
+    exact = ExactDynamics.of(arm, states, drives)
+    tracking = TrackingBudget.parse(budget) if isinstance(budget, str) else None
+    found = search_model(
+        exact,
+        motion,
+        tracking or budget,
+        how,
+        region=region,
+        margin=margin,
+        at_states=at_set_points or (is_given and region is None),
+        certified=certified,
+        verdicts=verdicts,
+    )
+    return found.held.model
+
+
+class FoundModel(NamedTuple):
+    """A model and, where it was made for a tracking error, how it tracks."""
+
+    held: Held
+    tracked: Tracked | None = None
+
+
+def search_model(
+    exact: ExactDynamics,
+    motion: Trajectory | None,
+    budget: Budget | TrackingBudget | str | None,
+    how: SearchOptions,
+    *,
+    region: Box | Tube | None = None,
+    margin: Margin | str | None = None,
+    at_states: bool = False,
+    certified: bool = False,
+    verdicts: str = "own",
+    provenance: Mapping[str, str] | None = None,
+    stage: Callable[[str], object] = lambda _: None,
+    progress: TermProgress = None,
+) -> FoundModel:
+    """Search as `simplify` does, from exact dynamics at the set points of a motion, or at other states.
+
+    Parameters
+    ----------
+    exact, motion
+        Exact dynamics at the first states, and the motion if they are its set points.
+    at_states
+        Keep the budget at these states only.
+    budget, how, region, margin, certified, verdicts
+        As for `simplify`.
+    provenance, stage, progress
+        As for `simplify_exact`.
+
+    Raises
+    ------
+    UsageError
+        As for `simplify`.
+    """
+    is_element, at_states = how.level is ELEMENT, at_states or how.operations is not None
+    if (at_states or is_element) and (certified or margin is not None or region is not None):
+        message = "the budget holds at given states only"
+        where, expected = "at_set_points, operations or level element", "neither region, margin nor certified"
+        next_step = "give a trajectory, or none for the arm's limits"
+        raise UsageError(message, where=where, expected=expected, next_step=next_step)
+    if margin is not None and (motion is None or region is not None):
+        message, expected = "a margin is one around a motion", "a trajectory and no region"
+        raise UsageError(message, where="margin", expected=expected)
+    if verdicts not in VERDICT_SOURCES or (verdicts != VERDICT_SOURCES[0] and not is_element):
+        message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
+        raise UsageError(message, where="verdicts", expected=expected, found=in_python(verdicts))
+    if is_element:
+        if budget is not None or how.operations is not None:
+            require_no_budget(how.level, f"budget {budget}, operations {how.operations}")
+        model = with_gamma(exact, model_by_verdicts(exact, verdicts))
+        return FoundModel(Held(replace(model, provenance=dict(provenance or {}))))
+
+    near = region
+    if near is None and not at_states:
+        near = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
+
+    def search(allowed: Budget | str | None) -> Held:
+        if near is None:
+            model = simplify_exact(exact, allowed, how, provenance=provenance, stage=stage, progress=progress)
+            return Held(model)
+        return simplify_held(
+            exact, allowed, near, how, certified=certified, provenance=provenance, stage=stage
+        )
+
+    if isinstance(budget, TrackingBudget):
+        budget.settings.tolerance.require_joint_of(exact.arm)
+        tracked = simplify_for_tracking(budget, exact.form, motion, search)
+        return FoundModel(tracked.held, tracked)
+    return FoundModel(search(budget))

@@ -1,0 +1,52 @@
+"""Types of the values that public functions take and give: arms, states, regions, settings and results."""
+
+from __future__ import annotations
+
+from gd_analyze.certification.box import Box
+from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.dynamics.base_parameters import BaseParameter, BaseParameters
+from gd_analyze.dynamics.measured_torque import TorqueComparison
+from gd_analyze.exporting.export import Exported
+from gd_analyze.identification.excitation import Workspace
+from gd_analyze.identification.identification import Identification
+from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.reading import Reading, Treatment
+from gd_analyze.motions.states import States
+from gd_analyze.results.findings import Findings
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.studies.control import ControlStudy
+from gd_analyze.studies.control_law import ControlSettings, Tolerance
+from gd_analyze.studies.evaluation import Evaluation
+from gd_analyze.studies.main_job import Settings
+
+__all__ = [
+    "LEVELS",
+    "BaseParameter",
+    "BaseParameters",
+    "Box",
+    "Budget",
+    "ControlSettings",
+    "ControlStudy",
+    "Diagnosis",
+    "Evaluation",
+    "ExactDynamics",
+    "Exported",
+    "Findings",
+    "Identification",
+    "Margin",
+    "Reading",
+    "RobotArm",
+    "Settings",
+    "SimplifiedModel",
+    "States",
+    "Tolerance",
+    "TorqueComparison",
+    "Treatment",
+    "Tube",
+    "Workspace",
+]

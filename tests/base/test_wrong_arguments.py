@@ -1,0 +1,112 @@
+"""An argument of a wrong type is refused with what is expected, by every public function."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import pytest
+
+import gd_analyze as gd
+
+# Values that no argument below takes.
+WRONG: list[Any] = [object(), 3.5, {"a": 1}, b"bytes"]
+
+
+@pytest.fixture(scope="module")
+def right(two_link, swing, swing_dataset, swing_findings) -> dict[str, Any]:
+    """Right values by the names of arguments."""
+    model = swing_findings.model
+    return {
+        "arm": two_link,
+        "trajectory": swing,
+        "motions": [swing],
+        "model": model,
+        "dataset": swing_dataset,
+        "exact": gd.types.ExactDynamics.of(two_link, swing),
+        "states": gd.tables.states_in_box(two_link, 5),
+        "findings": swing_findings,
+        "logs": ["log.csv"],
+        "path": "nowhere",
+        "start": [0.0, 0.0],
+        "goal": [1.0, 1.0],
+        "duration": 5.0,
+        "vary": "link2.mass=1..2:2",
+        "languages": "c",
+        "text": "0.1deg",
+        "table": [{"arm": "two_link", "trajectory": "two-link-swing"}],
+        "over_time": gd.tables.dominance_over_time(swing_dataset),
+    }
+
+
+# Arguments of each function, in order.
+CALLS: dict[str, str] = {
+    "analyze": "arm trajectory",
+    "certify": "model",
+    "certify_positive_definite": "model",
+    "compare_torque": "arm trajectory",
+    "control": "model trajectory",
+    "decompose": "arm trajectory",
+    "diagnose": "arm logs",
+    "equations": "arm",
+    "evaluate": "model motions",
+    "exciting_motion": "arm duration",
+    "export": "model languages",
+    "export_decomposition": "arm languages",
+    "identify": "arm logs",
+    "load_arm": "path",
+    "load_findings": "path",
+    "load_model": "path",
+    "plan": "arm start goal duration",
+    "pool": "motions",
+    "rank": "dataset",
+    "read_log": "path arm",
+    "read_trajectory": "path arm",
+    "save_model": "model path",
+    "simplify": "arm trajectory",
+    "sweep": "arm trajectory vary",
+    "batch": "table path",
+    "tracking_budget": "arm trajectory text",
+    "trade_off": "exact",
+    "write_trajectory": "trajectory path",
+    "tables.base_parameters": "arm",
+    "tables.cross_check": "arm dataset",
+    "tables.decompose_states": "arm states",
+    "tables.dominance_over_time": "dataset",
+    "tables.harmonics_of": "arm",
+    "tables.load_results": "path",
+    "tables.payload_effect": "model states",
+    "tables.rank_terms": "exact",
+    "tables.robustness": "arm trajectory",
+    "tables.save_results": "findings path",
+    "tables.states_in_box": "arm",
+    "tables.states_of": "trajectory",
+    "tables.torque_uncertainty": "arm states",
+    "tables.verdicts": "over_time",
+}
+# Functions of no arguments, or of one that may be any text.
+OTHERS = {"builtin_arms", "tables.text_verdicts"}
+
+
+def test_every_function_is_tried():
+    jobs = {name for name in gd.__all__ if inspect.isfunction(getattr(gd, name))}
+    steps = {f"tables.{name}" for name in gd.tables.__all__}
+    assert jobs | steps == CALLS.keys() | OTHERS
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_wrong_argument_is_refused(name, right, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    function: Any = gd
+    for part in name.split("."):
+        function = getattr(function, part)
+    arguments = CALLS[name].split()
+    for k, argument in enumerate(arguments):
+        for wrong in WRONG:
+            if argument == "duration" and wrong == 3.5:
+                continue
+            values = [wrong if j == k else right[other] for j, other in enumerate(arguments)]
+            with pytest.raises(gd.GdAnalyzeError) as caught:
+                function(*values)
+            assert {"where", "expected", "found"} & caught.value.details.keys(), (argument, wrong)
+    assert [*tmp_path.iterdir()] == []
