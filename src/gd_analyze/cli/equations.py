@@ -37,7 +37,13 @@ from gd_analyze.files import write_text
     help="Print the base (minimal) inertial parameters instead, each as a combination of the links' masses, "
     "first moments and inertias.",
 )
-@options.digits("Significant digits of coefficients; sympy keeps all.")
+@click.option(
+    "--symbolic",
+    is_flag=True,
+    help="Write lengths, masses, centres of mass and inertias as symbols, and list their values: of all elements "
+    "for up to four joints, or of those named by --element.",
+)
+@options.digits("Significant digits of coefficients; sympy and --symbolic keep all.")
 @options.out("Write the equations into this file.")
 @reporting
 def equations(
@@ -47,6 +53,7 @@ def equations(
     form: str,
     terms: bool,
     parameters: bool,
+    symbolic: bool,
     digits: int,
     out: Path | None,
     output: Output,
@@ -61,7 +68,13 @@ def equations(
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
       gd-analyze equations puma560 --parameters
+      gd-analyze equations scara --symbolic --format sympy -o scara.py
     """
+    if symbolic:
+        if parameters or terms or min_share > 0:
+            raise click.UsageError("--symbolic writes every term: omit --parameters, --terms, --min-share")
+        _give_symbolic(robot, elements, form, out, output)
+        return
     if parameters:
         if elements or terms or min_share > 0:
             raise click.UsageError("--parameters is for the whole arm: omit --element, --min-share, --terms")
@@ -94,6 +107,29 @@ def equations(
         output.give(equations_result(harmonics, listed_equations, heading.terms, form, body, digits), out)
     else:
         lines(body if output.quiet else header + body)
+
+
+def _give_symbolic(
+    robot: GivenRobot, elements: tuple[str, ...], form: str, out: Path | None, output: Output
+) -> None:
+    """Give the equations in symbols."""
+    require_outputs(out)
+    with output.working() as stage:
+        from gd_analyze.formulas.symbolic import symbolic_equations_result, symbolic_text
+        from gd_analyze.harmonics.equations import elements_named
+        from gd_analyze.harmonics.symbolic import symbolic_equations
+
+        arm = robot.load()
+        stage("deriving", len(elements_named(elements, arm.n_joints)))
+        equations = symbolic_equations(arm, elements, progress=stage.advance)
+        text = symbolic_text(equations, form, WIDTH)
+        if out is not None:
+            stage(f"writing {out.name}")
+            write_text(out, text)
+    if output.as_json or out is not None:
+        output.give(symbolic_equations_result(equations, form, text), out)
+    else:
+        lines(symbolic_text(equations, form, WIDTH, heading=False) if output.quiet else text)
 
 
 def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:

@@ -45,7 +45,7 @@ def solve_kinematics(arm: RobotArm, q: Array) -> Kinematics:
     axes, origins, link_origins, com_from_joint = (np.empty((n, 3, count), dtype) for _ in range(4))
     rotations = np.empty((n, 3, 3, count), dtype)
 
-    rotation: Array = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, count))
+    rotation: Array = np.broadcast_to(np.eye(3).astype(dtype)[:, :, None], (3, 3, count))
     origin: Array = np.zeros((3, count))
     for i, (to_joint, joint_columns, axis, to_link, link_columns, to_com) in enumerate(_constants(arm)):
         origins[i] = origin + _along(rotation, to_joint)

@@ -20,7 +20,7 @@ from gd_analyze.formulas.formula import (
 )
 from gd_analyze.result import Equations
 
-_GREEK = {"tau": "τ", "omega": "ω"}
+_GREEK = {"tau": "τ", "omega": "ω", "alpha": "α", "beta": "β", "gamma": "γ", "theta": "θ"}
 # Range of powers of ten written without exponent: 0.00059, but 5.9e-5.
 _EVERYDAY = range(-4, 6)
 

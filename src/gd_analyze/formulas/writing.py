@@ -26,9 +26,9 @@ from gd_analyze.harmonics.terms import EnergyTerm, Factor, Monomial, TorqueTerm,
 from gd_analyze.text import inertia_label, joined
 
 _LETTERS = {"cos": "C", "sin": "S", "power": "d"}
-_QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
-_OF = {quantity: letter for letter, quantity in _QUANTITIES.items()}
-_ORDER = tuple(_QUANTITIES.values())
+QUANTITIES = {"D": "inertia", "h": "coriolis_centrifugal", "c": "gravity_loading"}
+_OF = {quantity: letter for letter, quantity in QUANTITIES.items()}
+_ORDER = tuple(QUANTITIES.values())
 _EFFECTS = {"translation": "tran", "rotation": "rot"}
 # Relative difference of coefficients that are equal up to round-off.
 _SAME = 1e-12
@@ -38,7 +38,7 @@ def element_formula(equation: Equation) -> Formula:
     """Formula of an exact element with its terms in order: D12 = 0.687 S2 - 0.133 C23."""
     letter, index = equation.symbol[0], equation.symbol[1:]
     products = (Product(term.coefficient, powers(term.factors)) for term in equation.terms)
-    pieces = tuple(Piece(product, _QUANTITIES[letter]) for product in products)
+    pieces = tuple(Piece(product, QUANTITIES[letter]) for product in products)
     return Formula(Symbol(letter, index), pieces or NO_PIECES)
 
 

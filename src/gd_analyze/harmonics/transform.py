@@ -154,7 +154,7 @@ def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
 def harmonics_behind(arm: RobotArm, first: int) -> Harmonics:
     """D_ij for the joints from `first` (from 0) on, which need a smaller grid, and the potential energy."""
     _require_affordable(arm, first)
-    cut = _cut(arm)
+    cut = round_off_cut(arm)
     inertia: dict[tuple[int, int, int], TrigonometricPolynomial] = {}
     left_out = 0.0
     for s in range(first, arm.n_joints):
@@ -211,7 +211,7 @@ def _only_link(arm: RobotArm, s: int) -> RobotArm:
     )
 
 
-def _cut(arm: RobotArm) -> tuple[float, float]:
+def round_off_cut(arm: RobotArm) -> tuple[float, float]:
     """Largest amplitude from round-off of a harmonic that is zero.
 
     A value of D passes some 10 n roundings of terms that sum to at most sum_s m_s L^2 + |I_s| with the arm

@@ -31,7 +31,7 @@ def toml_of(arm: RobotArm) -> str:
 
     ArmError if a payload's link has uncertainties: a file cannot keep the two apart.
     """
-    convention = _convention(arm)
+    convention = table_convention(arm)
     placed = convention not in CONVENTIONS
     rows = [None] * arm.n_joints if placed else arm.dh_table
     name = re.sub(r"[^A-Za-z0-9_.-]", "_", arm.name)
@@ -93,7 +93,7 @@ def _in_degrees(angle: float) -> float | None:
     return next((degrees for degrees in rounded if degrees * _DEGREE == angle), None)
 
 
-def _convention(arm: RobotArm) -> str:
+def table_convention(arm: RobotArm) -> str:
     """The convention of the arm's table, or "placement" if no table gives the same arm."""
     for word, (name, placements_of) in CONVENTIONS.items():
         if not arm.dh_table or arm.convention != name:
