@@ -108,7 +108,7 @@ def test_a_script_is_the_decomposition(name, rng):
             assert values.get(f"{letter}{s + 1}", value) == value
 
 
-@examples(12)
+@examples(3)
 @given(arms(max_joints=2, massive=True), st.integers(0, 2**32 - 1))
 def test_two_joints_placed_anyhow(arm, seed):
     assert_is_the_decomposition(arm, executed(arm), np.random.default_rng(seed))
@@ -132,7 +132,7 @@ def tables(draw: st.DrawFn) -> RobotArm:
     return RobotArm("drawn", tuple(joints), tuple(links))
 
 
-@examples(8)
+@examples(4)
 @given(tables(), st.integers(0, 2**32 - 1))
 def test_three_joints_with_full_inertias(arm, seed):
     assert_is_the_decomposition(arm, executed(arm), np.random.default_rng(seed))
@@ -144,7 +144,7 @@ def test_three_joints_placed_askew(rng):
     )
     links = tuple(Link(str(i), 1.0 + i, rng.normal(size=3), random_inertia(rng)) for i in range(3))
     arm = RobotArm("askew", joints, links)
-    assert_is_the_decomposition(arm, executed(arm, ("D12", "D23", "c3", "h233")), rng)
+    assert_is_the_decomposition(arm, executed(arm, ("D23", "c3", "h233")), rng)
 
 
 def test_wrong_equations_are_an_internal_error(monkeypatch):

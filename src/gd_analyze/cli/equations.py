@@ -40,8 +40,8 @@ from gd_analyze.files import write_text
 @click.option(
     "--symbolic",
     is_flag=True,
-    help="Write lengths, masses, centres of mass and inertias as symbols, and list their values: of all elements "
-    "for up to four joints, or of those named by --element.",
+    help="Write lengths, masses, centres of mass and inertias as symbols, and list their values. Arms of "
+    "more than four joints need --element.",
 )
 @options.digits("Significant digits of coefficients; sympy and --symbolic keep all.")
 @options.out("Write the equations into this file.")

@@ -186,7 +186,7 @@ def _product(term: SymbolicTerm, equations: SymbolicEquations) -> str:
     names = [f"q{j + 1}" for j in range(equations.arm.n_joints)]
     names += [angle.name for angle in equations.angles]
     for factor, exponent in exponents(term.factors):
-        summands = []
+        summands: list[str] = []
         for joint in factor.joints:
             multiple = factor.multiples[joint]
             sign = "-" if multiple < 0 else "+" if summands else ""

@@ -44,8 +44,8 @@ class ArmSymbol:
 class SymbolicArm:
     """The joints i..n of an arm with symbols for numbers: what formulations read of a `RobotArm`.
 
-    The base is joint i's own frame, as no element of D behind joint i depends on what is before it. Hashable by
-    identity, so that its kinematics are cached.
+    The base is joint i's own frame, as no element of D behind joint i depends on what is before it. Hashable
+    by identity, so that its kinematics are cached.
     """
 
     def __init__(self, joints: list[Any], links: list[Any], is_revolute: tuple[bool, ...]) -> None:
@@ -59,8 +59,8 @@ class SymbolicArm:
 class ArmSymbols:
     """The symbols of an arm, and its parts in terms of them.
 
-    As variables of a `SymbolicNumber`, the joints' come first, then `ANGLES_PER_JOINT` constant angles of every
-    joint, then `lengths_and_masses`.
+    As variables of a `SymbolicNumber`, the joints' come first, then `ANGLES_PER_JOINT` constant angles of
+    every joint, then `lengths_and_masses`.
     """
 
     def __init__(self, arm: RobotArm) -> None:
@@ -74,7 +74,9 @@ class ArmSymbols:
         self._links: list[Any] = []
         for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
             if has_table:
-                placement, frame = self._of_table(i, arm.dh_table[i], joint.kind, "modified" in arm.convention)
+                placement, frame = self._of_table(
+                    i, arm.dh_table[i], joint.kind, "modified" in arm.convention
+                )
                 com, inertia = link.com, link.inertia_com
             else:
                 inner = Placement() if i == 0 else arm.links[i - 1].frame
@@ -132,7 +134,9 @@ class ArmSymbols:
         """A constant vector; `ones` stay numbers in directions."""
         return np.array(
             [
-                float(value) if ones and abs(value) == 1.0 else self._other(value, letter, f"{i + 1}{x}", unit)
+                float(value)
+                if ones and abs(value) == 1.0
+                else self._other(value, letter, f"{i + 1}{x}", unit)
                 for x, value in zip("xyz", values, strict=True)
             ],
             dtype=object,
@@ -186,7 +190,7 @@ class ArmSymbols:
         return before, behind
 
     def _placement(self, placement: Placement, i: int) -> Any:
-        """A placement with symbols for its lengths, and its angle if it turns about one axis or its entries."""
+        """A placement with symbols for its lengths, and for its angle about an axis or else its entries."""
         translation = self._vector(placement.translation, "p", i, "m")
         rotation = placement.rotation
         axis = _turning_axis(rotation)

@@ -1,8 +1,8 @@
-"""Exact elements of D, h and c with the arm's numbers as symbols, and their comparison with the numeric ones.
+"""Exact elements of D, h and c with the arm's numbers as symbols, compared with the numeric ones.
 
-D comes from the array code of the composite moments, run on symbols; h and c by exact differentiation of D and
-of the potential energy, as for `Harmonics`. D_ij, i <= j, depends on the joints behind i only, so that it is
-found for the arm from joint i on.
+D comes from the array code of the composite moments, run on symbols; h and c by exact differentiation of D
+and of the potential energy, as for `Harmonics`. D_ij, i <= j, depends on the joints behind i only, so that it
+is found for the arm from joint i on.
 """
 
 from __future__ import annotations
@@ -137,8 +137,8 @@ def symbolic_equations(
                 where=f"arm {arm.name}",
                 expected=f"at most {thousands(MOST_TERMS)} terms on the way",
                 found=f"{label} of {arm.n_joints} joints",
-                next_step=f"elements of outer joints are shorter, such as D{joined((arm.n_joints - 1,) * 2)}; "
-                "without --symbolic the arm's numbers are inserted",
+                next_step=f"elements of outer joints are shorter, such as "
+                f"D{joined((arm.n_joints - 1,) * 2)}, and so are all without --symbolic",
             ) from None
         worst = max(worst, source.compare(kind, indices, written))
         names = EFFECTS if len(written) > 1 else ("",)
@@ -265,7 +265,8 @@ class _Source:
             for term in terms:
                 value = term.number * _product(term.factors, variables)
                 values, sizes = values + value, sizes + np.abs(value)
-            expected = self._numeric[kind][(slice(None), effect, *indices)]
+            place: tuple[Any, ...] = (slice(None), effect, *indices)
+            expected = self._numeric[kind][place]
             allowed = self._allowed(kind, len(terms), sizes)
             worst = max(worst, float((np.abs(values - expected) / allowed).max()))
         if not worst <= 1.0:
@@ -281,9 +282,9 @@ class _Source:
     def _allowed(self, kind: str, n_terms: int, sizes: FloatArray) -> FloatArray:
         """What round-off explains of a difference, with a factor of 4.
 
-        A term has some 20 roundings (its powers and factors, and arguments of up to some 10 rad), their sum one
-        each. The decomposition is as exact as for `Harmonics`; for h it adds three slopes. A rotation that is
-        orthonormal up to a deviation changes D and the energy by that share, where links behind it are seen
+        A term has some 20 roundings (its powers and factors, and arguments of up to some 10 rad), their sum
+        one each. The decomposition is as exact as for `Harmonics`; for h it adds three slopes. A rotation that
+        is orthonormal up to a deviation changes D and the energy by that share, where links behind it are seen
         from inner joints.
         """
         eps = float(np.finfo(float).eps)
@@ -308,7 +309,9 @@ def _product(factors: Monomial, variables: FloatArray) -> FloatArray:
 
 def _number(value: Any) -> SymbolicNumber:
     """A result of the array code; plain numbers are its zeros."""
-    return value if isinstance(value, SymbolicNumber) else SymbolicNumber({0: complex(value)} if value else {})
+    return (
+        value if isinstance(value, SymbolicNumber) else SymbolicNumber({0: complex(value)} if value else {})
+    )
 
 
 def each_group(element: SymbolicElement) -> Iterator[tuple[Monomial, tuple[SymbolicTerm, ...]]]:

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-# Exponents are the signed digits of one integer, the key: a product of powers is a sum of keys. The array code
-# multiplies far fewer than 127 equal factors.
+# Exponents are the signed digits of one integer, the key: a product of powers is a sum of keys. The array
+# code multiplies far fewer than 127 equal factors.
 _BITS = 8
 _HALF = 1 << (_BITS - 1)
 # Numbers of more terms take minutes, and nobody reads a formula of a hundredth of them.
-MOST_TERMS = 300_000
+MOST_TERMS = 100_000
 
 
 class TooManyTermsError(Exception):
@@ -24,8 +24,8 @@ class TooManyTermsError(Exception):
 class SymbolicNumber:
     """A sum of coefficient times prod_v b_v^e_v.
 
-    b_v is exp(i v) for an angle, and v itself for any other variable. Variables are numbered, and the exponent
-    of variable v is digit v of the term's key.
+    b_v is exp(i v) for an angle, and v itself for any other variable. Variables are numbered, and the
+    exponent of variable v is digit v of the term's key.
     """
 
     __slots__ = ("terms",)
