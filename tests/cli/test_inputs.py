@@ -283,6 +283,31 @@ def body(text: str) -> str:
     return text.partition("\n\n")[2]
 
 
+def test_equations_in_symbols(run, here):
+    words = "equations scara --symbolic --element D14 --element c3"
+    text = run(words).out
+    assert "\nD14^rot = -I4zz\nc3 = -m4 g - m3 g\n" in text
+    assert "\nI4zz = 0.0025 kg m^2\n" in text
+    assert run(f"{words} --quiet").out == text.partition("\n\n")[2]
+    told = run(f"{words} --json").json
+    arm = gd.load_arm("scara")
+    numbers = {symbol["symbol"]: symbol["number"] for symbol in told["symbols"]}
+    assert numbers["m4"] == arm.mass[3]
+    assert numbers["I4zz"] == arm.inertia_com[3, 2, 2]
+    assert [(part["label"], part["effect"]) for part in told["equations"]] == [
+        ("D14", "translation"),
+        ("D14", "rotation"),
+        ("c3", ""),
+    ]
+    # As close to the numeric decomposition as round-off lets it be.
+    assert 0.0 <= told["error"] <= 1.0
+    assert r"I_{4zz} = 0.0025 \, \mathrm{kg \, m^{2}}" in run(f"{words} --format latex").out.splitlines()
+    page = ET.fromstring(f"<page>{run(words + ' --format mathml --quiet').out}</page>")
+    assert len(page) == len(told["equations"]) + len(told["symbols"])
+    assert run(f"{words} --format sympy -o scara.py").words.endswith("wrote scara.py")
+    assert (here / "scara.py").read_text(encoding="utf-8") == run(f"{words} --format sympy").out
+
+
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])
 def test_all_equations(run, name):
     result, found = run(f"equations {name}"), gd.equations(gd.load_arm(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator
 from fractions import Fraction
@@ -135,7 +136,7 @@ def _heading(equations: SymbolicEquations, form: str, width: int) -> str:
     out = ""
     for sentence in filter(None, sentences):
         # Two hyphens would end an XML comment.
-        safe = sentence.replace("--", "- -") if form == "mathml" else sentence
+        safe = re.sub("-(?=-)", "- ", sentence) if form == "mathml" else sentence
         room = width - len(before) - len(after)
         out += "".join(f"{before}{line}{after}\n" for line in textwrap.wrap(f"{visible(safe)}.", room))
     return f"{out}\n"

@@ -282,10 +282,9 @@ class _Source:
     def _allowed(self, kind: str, n_terms: int, sizes: FloatArray) -> FloatArray:
         """What round-off explains of a difference, with a factor of 4.
 
-        A term has some 20 roundings (its powers and factors, and arguments of up to some 10 rad), their sum
-        one each. The decomposition is as exact as for `Harmonics`; for h it adds three slopes. A rotation that
-        is orthonormal up to a deviation changes D and the energy by that share, where links behind it are seen
-        from inner joints.
+        A term has some 20 roundings (its powers and factors, and arguments of up to some 10 rad), their
+        sum one each. The decomposition is as exact as for `Harmonics`; for h it adds three slopes. A
+        rotation that is orthonormal up to a deviation changes D and the energy by that share.
         """
         eps = float(np.finfo(float).eps)
         of_inertia, of_potential = round_off_cut(self.arm)
