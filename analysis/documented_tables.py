@@ -1,4 +1,4 @@
-"""The tables of figures in docs/simplification.md and docs/certificate.md, computed and written into the pages.
+"""The tables of figures in docs/simplification.md, certificate.md and three_minutes.md, computed and written there.
 
 A table follows a line `<!-- table: NAME -->`, and ends with the next empty line. Some minutes in all:
 `python analysis/documented_tables.py [NAME ...]`
@@ -30,7 +30,10 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import number
 from psdm_measure import arm_of
 
-PAGES = [Path(__file__).parents[1] / "docs" / name for name in ("simplification.md", "certificate.md")]
+PAGES = [
+    Path(__file__).parents[1] / "docs" / name
+    for name in ("simplification.md", "certificate.md", "three_minutes.md")
+]
 MOTIONS = ("pick-and-place", "large-slew", "wrist-move")
 Row = Iterable[object]
 
@@ -234,7 +237,32 @@ def definiteness() -> Iterator[Row]:
             )
 
 
+def elbow() -> Iterator[Row]:
+    """What makes the torque of the PUMA 560's elbow along a motion, at most."""
+    yield "part", "what it is", "at most, N m", "of peak"
+    exact = gd.decompose("puma560", "pick-and-place")
+    joint = 2
+    peak = float(np.abs(exact.torque.values[:, joint]).max())
+    by_acceleration = exact.inertia.sum("effect").values[:, joint] * exact.qdd.values
+    drive = exact.drive_torque.values[:, joint]
+    velocities = exact.coriolis_centrifugal.sum("effect").values[:, joint]
+    others = by_acceleration[:, joint + 1 :].sum(axis=1)
+    for part, meaning, torque in (
+        ("c3", "gravity", exact.gravity_loading.values[:, joint]),
+        ("J3 qdd3", "the elbow's motor", drive),
+        ("D23 qdd2", "acceleration of the shoulder", by_acceleration[:, 1]),
+        ("h3", "velocities", velocities),
+        ("D33 qdd3", "acceleration of the elbow", by_acceleration[:, joint]),
+        ("D13 qdd1", "acceleration of the waist", by_acceleration[:, 0]),
+        ("D34 qdd4 + D35 qdd5 + D36 qdd6", "accelerations of the wrist", others),
+        ("tau3", "all together", exact.torque.values[:, joint]),
+    ):
+        largest = float(np.abs(torque).max())
+        yield part, meaning, f"{largest:.3g}", percent(largest / peak)
+
+
 TABLES = {
+    "elbow": elbow,
     "held models": held_models,
     "box models": box_models,
     "puma models": puma_models,

@@ -2,7 +2,7 @@
 
 `python analysis/gallery.py ur10 panda` makes these sections and leaves the others, and so is a section left whose
 input is missing. UR10 and Panda come from `pip install example-robot-data`; the page says where the UR10's log comes
-from, and `--log FOLDER` where it lies. README's picture is a screenshot of the sample report, taken where there is a
+from, and `--log FOLDER` where it lies. README's picture is a screenshot of the first report, taken where there is a
 Chromium and nothing is chosen.
 """
 
@@ -25,6 +25,7 @@ from pathlib import Path
 from textwrap import wrap
 
 import xarray as xr
+from PIL import Image
 
 import gd_analyze as gd
 from gd_analyze.cli import main as gd_analyze
@@ -55,6 +56,8 @@ PUBLISHED = {
 DATA = "[example-robot-data](https://pypi.org/project/example-robot-data/)"
 SALERNO = "https://github.com/unisa-acg/inverse-dynamics-solver"
 BLANK = '<rect width="100%" height="100%" fill="#fff"/>'  # also where a page is dark
+SCREEN = "1000,680"  # what a report shows before anyone scrolls
+COLOURS = 64  # the page has few; a third of the size of true colour
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
@@ -249,16 +252,19 @@ def section(result: Result) -> str:
     return "\n\n".join((*parts, "\n".join(("```sh", *map(folded, result.commands), "```\n"))))
 
 
-def picture() -> None:
-    """Take README's picture of the sample report."""
+def picture(page: Path) -> None:
+    """Take README's picture of a report's first screen."""
     browser = next(filter(shutil.which, BROWSERS), None)
     if browser is None:
         print("no Chromium: README's picture is not taken anew")
         return
-    words = [browser, "--headless", "--no-sandbox", "--hide-scrollbars", "--window-size=1180,806"]
-    page = (ROOT / "reports" / "sample" / "report.html").as_uri()
+    words = [browser, "--headless", "--no-sandbox", "--hide-scrollbars", f"--window-size={SCREEN}"]
     image = ROOT / "docs" / "images" / "report.png"
-    subprocess.run([*words, f"--screenshot={image}", page], check=True, capture_output=True)
+    words += ["--force-device-scale-factor=2", f"--screenshot={image}"]
+    subprocess.run([*words, page.resolve().as_uri()], check=True, capture_output=True)
+    with Image.open(image) as shot:
+        flat = shot.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    flat.save(image, optimize=True)
 
 
 def written() -> dict[str, str]:
@@ -290,10 +296,10 @@ def main() -> None:
                 print(f"{result.name} is left as it is, for want of {', '.join(missing)} (see --help)")
                 continue
             sections[result.title] = section(result)
+        if not given.names:
+            picture(Path("dominance-report", "report.html"))
         os.chdir(ROOT)
     write_text(PAGE, HEAD + "".join(sections.get(result.title, "") for result in RESULTS))
-    if not given.names:
-        picture()
 
 
 if __name__ == "__main__":
