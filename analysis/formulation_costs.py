@@ -22,7 +22,7 @@ from gd_analyze.studies.comparison import Cost, count_cost
 
 Counted = Literal["executed", "folded", "text"]
 
-SIZES = tuple(range(1, 13))  # numbers of joints for which the founding text's polynomials stand beside ours
+SIZES = tuple(range(1, 13))  # numbers of joints for which [FGL87]'s polynomials stand beside ours
 _REGULAR = 3  # with one or two joints some sums are empty
 _ASYMPTOTIC = 6  # below, constant and low-order terms hide the order
 N_JOINTS = 6  # of the generic chain that explanations are about
@@ -60,7 +60,7 @@ def exact_polynomial(sizes: Sequence[int], counts: Sequence[int]) -> Polynomial 
 
 
 class TextCost(NamedTuple):
-    """One line of the founding text's tables: a method of `METHODS`, or one row of its breakdown."""
+    """One line of [FGL87]'s tables: a method of `METHODS`, or one row of its breakdown."""
 
     name: str
     table: str
@@ -69,12 +69,12 @@ class TextCost(NamedTuple):
     remark: str = ""
 
     def at(self, n: int) -> OperationCount:
-        """Count at n joints; sines and cosines, which the founding text leaves out, as 0."""
+        """Count at n joints; sines and cosines, which [FGL87] leaves out, as 0."""
         return OperationCount(self.multiplications(n), self.additions(n), 0)
 
 
 class TextCosts(NamedTuple):
-    """All the founding text says of costs."""
+    """All [FGL87] says of costs."""
 
     source: str
     remark: str
@@ -170,9 +170,9 @@ def explanation(method: str, grown: Growth) -> str:
     stated, why = text_costs().of(method), text_costs().differences[method]
     if stated is None:
         ours = f"at n = {N_JOINTS} ours carries out {executed} operations, folded {folded}"
-        return f"Not counted in the founding text; {ours}. {why}"
+        return f"Not counted in [FGL87]; {ours}. {why}"
     total = stated.at(N_JOINTS).total
     return (
-        f"At n = {N_JOINTS} the founding text counts {total} operations, ours carries out {executed} "
+        f"At n = {N_JOINTS} [FGL87] counts {total} operations, ours carries out {executed} "
         f"({100 * executed / total:.0f} % of that), folded {folded} ({100 * folded / total:.0f} %). {why}"
     )

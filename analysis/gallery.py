@@ -108,7 +108,7 @@ RESULTS = (
     ),
     Result(
         "inertia",
-        "A PUMA 560: Fig. 3.10 of the founding text",
+        "A PUMA 560: Fig. 3.10 of [FGL87]",
         ("gd-analyze figures puma560 pick-and-place --no-drives --x set-point --out inertia",),
         "inertia",
         "The 21 elements of D of a PUMA 560 by effect, at 31 set points",

@@ -1,6 +1,6 @@
-"""Do Tables 3.1, 3.4 and 3.5 of the founding text hold?
+"""Do Tables 3.1, 3.4 and 3.5 of [FGL87] hold?
 
-Sets the operations that our formulations carry out beside the founding text's, row by row where our code has the same
+Sets the operations that our formulations carry out beside [FGL87]'s, row by row where our code has the same
 parts, and says why they differ. Writes `tables_3_1_3_4_3_5.md` beside this file; run it again after any change:
 
     python analysis/tables_3_1_3_4_3_5.py
@@ -83,7 +83,7 @@ def count_by_place(method: str) -> Parts:
 
 @dataclass(frozen=True)
 class Row:
-    """Part of our code: the founding text's row it stands for ("" where the founding text has none), which places, and why it differs."""
+    """Part of our code: [FGL87]'s row it stands for ("" where [FGL87] has none), which places, and why it differs."""
 
     text: str
     ours: str
@@ -99,13 +99,13 @@ def lagrange_euler_rows() -> tuple[Row, ...]:
             "products of A_i",
             "transforms and their derivatives",
             lambda p: p.function == "solve" and p.target in in_solve,
-            "ours forms U_jk and U_jkm here, once each; the founding text counts their products in every trace",
+            "ours forms U_jk and U_jkm here, once each; [FGL87] counts their products in every trace",
         ),
         Row(
             "-m_j g U_ji r_j",
             "gravity loading",
             lambda p: p.target in ("lever", "gravity_loading[i]"),
-            "ours holds the sum over j, the founding text's next row",
+            "ours holds the sum over j, [FGL87]'s next row",
         ),
         Row("its sum over j", "", lambda p: False, "in the row above"),
         Row(
@@ -114,31 +114,31 @@ def lagrange_euler_rows() -> tuple[Row, ...]:
             lambda p: (
                 p.target == "weighted" or (p.target == "inertia[i, k]" and p.helper == "_trace_of_product")
             ),
-            "a trace takes 16 multiplications once its factors are formed, in the founding text four 4x4 products, 256",
+            "a trace takes 16 multiplications once its factors are formed, in [FGL87] four 4x4 products, 256",
         ),
         Row(
             "its sum over j, for D",
             "sum for D",
             lambda p: p.target == "inertia[i, k]" and p.helper == "solve",
-            "ours sums all of D, the founding text the upper triangle",
+            "ours sums all of D, [FGL87] the upper triangle",
         ),
         Row(
             "Tr(U_jkm J_j U_ji^T)",
             "traces for h",
             lambda p: p.target == "christoffel[i, k, m]" and p.helper == "_trace_of_product",
-            "as for D; the founding text takes n times its row for D, ours one trace per h_ikm and link",
+            "as for D; [FGL87] takes n times its row for D, ours one trace per h_ikm and link",
         ),
         Row(
             "its sum over j, for h",
             "sum for h",
             lambda p: p.target == "christoffel[i, k, m]" and p.helper == "solve",
-            "the founding text takes n times its sum for D, ours sums every h_ikm",
+            "[FGL87] takes n times its sum for D, ours sums every h_ikm",
         ),
         Row(
             "",
             "D qdd + h + c",
             lambda p: p.function in ("coriolis_centrifugal", ""),
-            "the founding text's table ends with the coefficients",
+            "[FGL87]'s table ends with the coefficients",
         ),
     )
 
@@ -162,7 +162,7 @@ def newton_euler_rows() -> tuple[Row, ...]:
             "acceleration of the frame",
             "acceleration",
             assigns("acceleration"),
-            "the founding text has one addition more",
+            "[FGL87] has one addition more",
         ),
         Row(
             "acceleration of the centre of mass",
@@ -174,10 +174,8 @@ def newton_euler_rows() -> tuple[Row, ...]:
         Row("force f", "force", assigns("force"), "ours carries it on into the base frame"),
         Row("inertial moment N", "couple", assigns("couple"), "the same"),
         Row("moment n", "moment", assigns("moment"), "ours carries it on into the base frame"),
-        Row(
-            "", "rotation matrices", assigns("steps"), "from sines and cosines; no row of the founding text's"
-        ),
-        Row("", "torque", assigns("out[i]"), "n . z or f . z with any axis; no row of the founding text's"),
+        Row("", "rotation matrices", assigns("steps"), "from sines and cosines; no row of [FGL87]'s"),
+        Row("", "torque", assigns("out[i]"), "n . z or f . z with any axis; no row of [FGL87]'s"),
     )
 
 
@@ -198,13 +196,13 @@ def booked(parts: Parts, rows: Sequence[Row]) -> list[OperationCount]:
 
 
 def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
-    """One of the founding text's tables beside ours, as Markdown."""
+    """One of [FGL87]'s tables beside ours, as Markdown."""
     text = {row.name: row for row in text_costs().rows if row.table == table}
     total = text_costs().of(method, table)
     assert total is not None  # the shipped reference has both tables
     ours = booked(count_by_place(method), rows)
     lines = [
-        f"| the founding text's row | multiplications | additions | at n = {N} | our part | at n = {N} | why they differ |",
+        f"| [FGL87]'s row | multiplications | additions | at n = {N} | our part | at n = {N} | why they differ |",
         "|---|---|---|---|---|---|---|",
     ]
     for row, count in zip(rows, ours, strict=True):
@@ -221,14 +219,14 @@ def breakdown(table: str, method: str, rows: Sequence[Row]) -> list[str]:
     # Twelve values fix polynomials of the fourth degree.
     added = all(sum(row.at(n).total for row in text.values()) == total.at(n).total for n in SIZES)
     verdict = "add up to" if added else "do NOT add up to"
-    return [*lines, "", f"The founding text's rows {verdict} its total."]
+    return [*lines, "", f"[FGL87]'s rows {verdict} its total."]
 
 
 def table_3_5(grown: Growth) -> list[str]:
     """Table 3.5 with our counts in it."""
     at = SIZES.index(N)
     lines = [
-        f"| formulation | kinematics | equations | order | the founding text, multiplications | additions | at n = {N} "
+        f"| formulation | kinematics | equations | order | [FGL87], multiplications | additions | at n = {N} "
         "| as executed | folded |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
@@ -253,7 +251,7 @@ def growth_table(grown: Growth) -> list[str]:
     ]
     for name, method in METHODS.items():
         for k, which in enumerate(get_args(Counted)):
-            label = {"executed": "as executed", "text": "the founding text"}.get(which, which)
+            label = {"executed": "as executed", "text": "[FGL87]"}.get(which, which)
             if counts := grown.counts(name, which):
                 numbers = " | ".join(str(count.total) for count in counts)
                 slope = grown.slope(name, which)
@@ -270,7 +268,7 @@ def report() -> str:
         "",
         "Generated by `python analysis/tables_3_1_3_4_3_5.py`; do not edit.",
         "",
-        f"The founding text ({costs.source}) states what its formulations cost. Here the same formulations are run on "
+        f"[FGL87] ({costs.source}) states what its formulations cost. Here the same formulations are run on "
         "numbers that count every multiplication and addition, on a generic chain of n revolute joints (full "
         "inertia tensors, centres of mass off every axis, twists of +90 and -90 degrees, gravity in any "
         "direction). A pair is multiplications + additions; a subtraction counts as an addition, a change of "
@@ -284,7 +282,7 @@ def report() -> str:
         "",
         "## Table 3.4: Newton-Euler",
         "",
-        "The founding text's rows are those of the recursion in link frames, and are stated for the PUMA.",
+        "[FGL87]'s rows are those of the recursion in link frames, and are stated for the PUMA.",
         "",
         *breakdown("3.4", "newton_euler_link", newton_euler_rows()),
         "",
@@ -292,7 +290,7 @@ def report() -> str:
         "",
         "As executed: what the array code does as it stands. Folded: constants of the arm folded, products with "
         "0 and 1 gone, equal subexpressions evaluated once. Our generalized d'Alembert code has no breakdown "
-        "like the founding text's Table 3.5, which gives its total only; the base-frame recursion and the recursive "
+        "like [FGL87]'s Table 3.5, which gives its total only; the base-frame recursion and the recursive "
         "Lagrangian are not in it.",
         "",
         *table_3_5(grown),
@@ -329,7 +327,7 @@ def _answer(grown: Growth) -> str:
         if stated:
             cost = grown.costs[name][at]
             parts.append(
-                f"{METHODS[name].title} takes {cost.executed.total / stated.at(N).total:.2f} times the founding text's "
+                f"{METHODS[name].title} takes {cost.executed.total / stated.at(N).total:.2f} times [FGL87]'s "
                 f"operations as executed and {cost.folded.total / stated.at(N).total:.2f} times folded"
             )
     by_text = _ranked({n: c.at(N).total for n in METHODS if (c := text_costs().of(n, "3.5"))})

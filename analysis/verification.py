@@ -87,7 +87,7 @@ def _identities(
     kinematics = solve_kinematics(arm, np.ascontiguousarray(q.T))
     by_link = dalembert.inertia_by_link(arm, kinematics).sum(axis=1)
     yield Measurement(
-        "D: equals the founding text's sums over links",
+        "D: equals [FGL87]'s sums over links",
         arm.name,
         float(np.abs(by_link - np.moveaxis(inertia, 0, -1)).max()),
         bounds["inertia"],
@@ -99,7 +99,7 @@ def _identities(
     literal = np.stack([itemised[effects == effect].sum(axis=0) for effect in dalembert.EFFECTS])
     h = np.moveaxis(ours["coriolis_centrifugal"], 0, -1)
     yield Measurement(
-        "h: equals the founding text's terms, summed over links",
+        "h: equals [FGL87]'s terms, summed over links",
         arm.name,
         float(np.abs(literal - h).max()),
         bounds["coriolis_centrifugal"],

@@ -104,7 +104,7 @@ def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_p
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
 def test_every_level_is_typeset(level: str, by_level: dict[str, Findings], tmp_path: Path) -> None:
     words = " ".join(read(prepare_pdf(by_level[level])(), tmp_path).split()).replace("’", "'")
-    assert ("By the founding text's own method" in words) == (level != "element")
+    assert ("By [FGL87]'s own method" in words) == (level != "element")
     assert ("follow from Lagrange" in words) == (level == "energy")
 
 

@@ -1,4 +1,4 @@
-"""The founding text's own model: the torque error of dropping parts, summed here from the decomposition."""
+"""[FGL87]'s own model: the torque error of dropping parts, summed here from the decomposition."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def compare(
 
     Multiplications and additions are counted by running each formulation's own code on counting numbers;
     torques are compared with each other and with Pinocchio. With --symbolic the same code runs on symbols for
-    the founding text's two-link arm (needs SymPy).
+    [FGL87]'s two-link arm (needs SymPy).
 
     \b
     Examples:

@@ -331,7 +331,7 @@ verdicts = click.option(
     default="own",
     show_default=True,
     help="With --level element: keep the dominant part of every element, by verdicts over the states (own) "
-    "or by the founding text's (text), and state the resulting torque error.",
+    "or by [FGL87]'s (text), and state the resulting torque error.",
 )
 simplify = together(
     click.option(

@@ -1,6 +1,6 @@
 """Dominance and consequence of every element, ranked by torque.
 
-Dominance is the founding text's measure: the size of each part along the trajectory, and whether one part
+Dominance is [FGL87]'s measure: the size of each part along the trajectory, and whether one part
 alone represents the element. Consequence is the torque of element and parts as a share of the torque error
 allowed. Consequence decides whether an element is negligible; dominance gives the verdict on any other. A
 tiny element dominated by one effect matters less than a large mixed one, so the ranking is by torque.

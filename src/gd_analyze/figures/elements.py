@@ -1,4 +1,4 @@
-"""Elements of D, h and c by effect over time: the founding text's Figs 3.10 and 3.11."""
+"""Elements of D, h and c by effect over time: [FGL87]'s Figs 3.10 and 3.11."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ def _matrix(
 
 
 def _kept_matrix(findings: Findings) -> Table:
-    """Parts of D, h and c that the model by the founding text's own method keeps."""
+    """Parts of D, h and c that the model by [FGL87]'s own method keeps."""
     n = findings.arm.n_joints
     effects = kept_effects(n, findings.element_model.terms)
     effects |= {f"c{joined((i,))}": "gravity" for i in range(n) if effects[f"c{joined((i,))}"] != "nothing"}
@@ -304,7 +304,7 @@ def _payload(rows: Sequence[dict[str, Any]]) -> Table:
 
 
 def founding_section(findings: Findings) -> Section:
-    """The model by the founding text's own method."""
+    """The model by [FGL87]'s own method."""
     model, elements = findings.model, findings.element_model
     share = _largest_share(elements)
     note = (
@@ -320,7 +320,7 @@ def founding_section(findings: Findings) -> Section:
         *_dropped(findings),
         *_by_verdicts(findings),
     )
-    return Section("elements", "By the founding text's own method", parts, note)
+    return Section("elements", "By [FGL87]'s own method", parts, note)
 
 
 def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
@@ -350,7 +350,7 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
 
 
 def _dropped(findings: Findings) -> Iterator[Part]:
-    """Parts that the founding text's method drops, by reason."""
+    """Parts that [FGL87]'s method drops, by reason."""
     dropped, allowed = dropped_parts(findings), findings.model.accuracy.allowed
     labels = {
         "symbol": ("part", "", "math"),

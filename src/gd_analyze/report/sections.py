@@ -195,12 +195,12 @@ def _ranking(findings: Findings) -> Section:
     parts: list[Part] = [table_of("ranking", "Elements by torque", rows, labels)]
     if text:
         sentences = [
-            f"{text['agreed']} of {text['given']} verdicts of the founding text agree with ours on this "
+            f"{text['agreed']} of {text['given']} verdicts of [FGL87] agree with ours on this "
             "trajectory (✓). It states neither its trajectory nor its inertial parameters; verdicts depend "
             "on both."
         ]
         if text["remarks"]:
-            sentences.append(f"The founding text contradicts itself on {len(text['remarks'])} of them:")
+            sentences.append(f"[FGL87] contradicts itself on {len(text['remarks'])} of them:")
         for row, remark, finding in text["remarks"]:
             moving, turning = (number(row[f"part_peak_{effect}"]) for effect in ("translation", "rotation"))
             sentences.append(
@@ -208,7 +208,7 @@ def _ranking(findings: Findings) -> Section:
                 f"peaks at {moving} and its rotation at {turning} {row['unit']}: {finding}."
             )
         sentences.append(f"[FGL87] {text['source']}.")
-        parts.append(Section("", "Comparison with the founding text", (), "\n".join(sentences)))
+        parts.append(Section("", "Comparison with [FGL87]", (), "\n".join(sentences)))
     note = (
         f"Largest torque of each element{', of the links alone' if findings.model.drives else ''}, as a "
         "share of the joint's peak torque; it exceeds 100 % where elements cancel. "

@@ -34,7 +34,7 @@ class Findings(Run):
     model
         The simplified model.
     element_model
-        The model by the founding text's own method, keeping or dropping effects of elements; the same as
+        The model by [FGL87]'s own method, keeping or dropping effects of elements; the same as
         `model` if that has this level.
     ranked_terms
         The exact torque terms and their weights, in the order of the table "terms"; empty for an arm whose

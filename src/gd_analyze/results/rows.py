@@ -39,7 +39,7 @@ SURE = 0.95
 def element_rows(findings: Findings) -> list[Row]:
     """One row per element, ranked.
 
-    The table "dominance" is extended by the rank, the founding text's verdict ("" if it has none), the
+    The table "dominance" is extended by the rank, [FGL87]'s verdict ("" if it has none), the
     changes of the verdict over time, and the probability of the dominant effect over the motion (None if no
     uncertainty is stated).
     """
@@ -117,7 +117,7 @@ def changes_text(row: Row) -> str:
 
 
 class DroppedParts(NamedTuple):
-    """Parts that the founding text's own method drops, by reason: rows of the table "parts"."""
+    """Parts that [FGL87]'s own method drops, by reason: rows of the table "parts"."""
 
     costing: list[Row]  # with torque; largest share of peak torque first
     zero: list[Row]  # zero along the trajectory, up to round-off

@@ -229,7 +229,7 @@ def _other_budget(findings: Findings) -> str:
 
 
 def verdict_section(ranking: xr.Dataset) -> Section:
-    """The founding text's answer: elements listed by verdict, and joints where drives make most torque."""
+    """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque."""
     listed = verdict_lists(ranking)
     facts = []
     for name, label in _LISTED.items():
@@ -331,7 +331,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     facts.append(Fact("cross_check", "Difference from Pinocchio", *difference, note=allows))
     if text is not None:
         met = f"{text['agreed']} of {text['given']} elements"
-        facts.append(Fact("", "Verdicts of the founding text met", met))
+        facts.append(Fact("", "Verdicts of [FGL87] met", met))
     label = "" if unlisted is None else "Lowest-ranked terms within the torque's uncertainty"
     facts.append(Fact("terms_not_worth_keeping", label, unlisted, shown="count"))
     mass = beyond.mass_within_budget.values
@@ -428,7 +428,7 @@ def _drives_notice(findings: Findings) -> str:
 
 
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
-    """Compare with the founding text's verdicts; None for an arm it does not treat.
+    """Compare with [FGL87]'s verdicts; None for an arm it does not treat.
 
     Returns the `source` of its verdicts, the numbers `given` and `agreed` with ours, and `remarks` on
     elements where it contradicts itself: row, its remark, and what our numbers support.

@@ -83,7 +83,7 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
 
 
 def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Dataset) -> xr.Dataset:
-    """Tabulate the parts that the founding text's own method keeps, and the torque of the others.
+    """Tabulate the parts that [FGL87]'s own method keeps, and the torque of the others.
 
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
@@ -117,7 +117,7 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
 
 
 def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
-    """Tabulate torque errors and operations of models by verdicts, our own and the founding text's."""
+    """Tabulate torque errors and operations of models by verdicts, our own and [FGL87]'s."""
     form = exact.form
     names = VERDICT_SOURCES if text_verdicts(exact.arm.name) else VERDICT_SOURCES[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}

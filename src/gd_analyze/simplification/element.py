@@ -1,4 +1,4 @@
-"""Level "element": each effect of each element of D and h, and each of c; the founding text's method."""
+"""Level "element": each effect of each element of D and h, and each of c; [FGL87]'s method."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Level(ABC):
         """Equations of the joints' torques in readable form."""
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
-        """Meaning of the symbols; by default all are those of the founding text."""
+        """Meaning of the symbols; by default all are those of [FGL87]."""
         return Legend((), (), ())
 
     def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:

@@ -1,4 +1,4 @@
-"""The founding text's own simplified model: the dominant part of every element of D and h."""
+"""[FGL87]'s own simplified model: the dominant part of every element of D and h."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ VERDICT_SOURCES = ("own", "text")
 def model_by_verdicts(
     exact: ExactDynamics, verdicts: str = "own", threshold: float = DOMINANCE_THRESHOLD
 ) -> SimplifiedModel:
-    """Keep the dominant parts by verdicts over the states ("own"), or by the founding text's ("text").
+    """Keep the dominant parts by verdicts over the states ("own"), or by [FGL87]'s ("text").
 
     The stated budget is the resulting torque error. UsageError if the text has no verdicts on the arm.
     """
@@ -73,11 +73,11 @@ def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:
 
 
 def _of_text(form: ExactForm) -> Iterator[ElementPart]:
-    """Parts that the founding text calls dominant, and gravity loading."""
+    """Parts that [FGL87] calls dominant, and gravity loading."""
     text = text_verdicts(form.arm.name)
     if text is None:
         raise UsageError(
-            f"the founding text has no verdicts on {form.arm.name}",
+            f"[FGL87] has no verdicts on {form.arm.name}",
             where="verdicts",
             expected="puma560, the arm of its Figs 3.10 and 3.11",
             next_step="use the verdicts over the states: own",

@@ -95,7 +95,7 @@ class Settings:
         How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
     verdicts
         At level "element", keep the dominant part of every element by verdicts over the set points ("own") or
-        by the founding text's ("text"). This level is written without a search: its error is stated as its
+        by [FGL87]'s ("text"). This level is written without a search: its error is stated as its
         budget; `budget` only says which elements are negligible.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see

@@ -1,4 +1,4 @@
-"""The founding text's two-link arm with symbols for numbers, through the formulations' own code.
+"""[FGL87]'s two-link arm with symbols for numbers, through the formulations' own code.
 
 The array code runs on SymPy expressions as it runs on numbers. Its own constants (0.5, 1, 2) are floats, but
 they, their products and their sums are exact in binary, so they convert to rationals without loss; the rods'
@@ -36,7 +36,7 @@ class ClosedForms(NamedTuple):
 
 
 def two_link_closed_forms(method: str) -> ClosedForms:
-    """Run one formulation on the founding text's two rods, with masses, length and angles as symbols."""
+    """Run one formulation on [FGL87]'s two rods, with masses, length and angles as symbols."""
     formulation = known_method(method)
     sp, s = _sympy(), _symbols()
     q = np.array([[_Angle(s[name])] for name in ("theta1", "theta2")], dtype=object)
@@ -46,7 +46,7 @@ def two_link_closed_forms(method: str) -> ClosedForms:
     def exact(expression: Any) -> Any:
         rational = sp.sympify(expression).replace(lambda x: x.is_Float, lambda x: sp.Rational(float(x)))
         rods = {s[f"I{k}"]: s[f"m{k}"] * s["l"] ** 2 / 12 for k in (1, 2)}
-        # Sums of angles stay in the founding text's form: cos(theta1 + theta2), not its expansion.
+        # Sums of angles stay in [FGL87]'s form: cos(theta1 + theta2), not its expansion.
         return sp.trigsimp(sp.expand(rational.subs(rods)))
 
     parts = (dynamics.inertia, dynamics.coriolis_centrifugal, dynamics.gravity_loading)
@@ -73,9 +73,9 @@ def text_closed_forms() -> ClosedForms:
 
 
 def symbolic_result(robot: str) -> Result:
-    """D, h and c of the two-link arm by every formulation, compared with the founding text."""
+    """D, h and c of the two-link arm by every formulation, compared with [FGL87]."""
     if robot != "two_link":
-        message = "only the founding text's two-link arm has closed forms here"
+        message = "only [FGL87]'s two-link arm has closed forms here"
         raise UsageError(message, where="--symbolic", expected="two_link", found=robot)
     text = text_closed_forms()
     forms = {name: two_link_closed_forms(name) for name in METHODS}
