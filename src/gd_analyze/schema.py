@@ -28,7 +28,7 @@ SCHEMA_VERSION = 11
 LARGEST_RESULT = 1e150
 
 # Units of joint quantities, by the number of revolute joints among their indices.
-UNITS: dict[str, tuple[str, ...]] = {
+SCHEMA_UNITS: dict[str, tuple[str, ...]] = {
     "position": ("m", "rad"),
     "velocity": ("m/s", "rad/s"),
     "acceleration": ("m/s^2", "rad/s^2"),
@@ -52,7 +52,7 @@ class Declared:
     role: str  # "variable", "optional" (a variable that may be missing), "coordinate" or "attribute"
     name: str
     dims: tuple[str, ...]  # the coordinate of the same name as its dimension holds the labels along it
-    unit: str  # a unit; a kind of `UNITS`; "@" and the coordinate that holds one per row; or ""
+    unit: str  # a unit; a kind of `SCHEMA_UNITS`; "@" and the coordinate that holds one per row; or ""
     besides: str  # finite numbers: "nan" where a number is not known, "inf" for a share of nothing
     kind: str  # of `_TYPES`
     among: str  # "nonnegative", "positive", or the values there may be, "|" between: see `choices`
@@ -67,18 +67,18 @@ class Declared:
             out["symbol"] = self.symbol
         if self.unit.startswith("@"):
             out["units_in"] = self.unit[1:]
-        elif self.unit in UNITS and len(set(revolute)) > 1:
+        elif self.unit in SCHEMA_UNITS and len(set(revolute)) > 1:
             out["units_in"] = _unit_coordinate(self.unit)
         elif self.unit:
             joints = [revolute[0]] * sum(dim.startswith("joint") for dim in self.dims)
-            out["units"] = unit_of(self.unit, *joints) if self.unit in UNITS else self.unit
+            out["units"] = unit_of(self.unit, *joints) if self.unit in SCHEMA_UNITS else self.unit
         return out
 
     def choices(self, n_joints: int) -> list[str]:
         """Values there may be: "1..n" stands for all joints, "units" and "levels" for the names of these."""
         named = {
             "1..n": map(str, range(1, n_joints + 1)),
-            "units": [unit for units in UNITS.values() for unit in units],
+            "units": [unit for units in SCHEMA_UNITS.values() for unit in units],
             "levels": LEVEL_NAMES,
         }
         return [word for part in self.among.split("|") for word in named.get(part, [part])]
@@ -130,14 +130,14 @@ OPTIONAL_GROUPS = {
 
 def unit_of(kind: str, *revolute: bool) -> str:
     """Unit of a quantity of joints, given whether each of them is revolute."""
-    return UNITS[kind][sum(revolute)]
+    return SCHEMA_UNITS[kind][sum(revolute)]
 
 
-def units_of(kind: str, revolute: Sequence[bool]) -> Array:
+def quantity_units(kind: str, revolute: Sequence[bool]) -> Array:
     """Unit of every entry of a quantity of an arm's joints: one axis per joint that it is about."""
     flags = np.array(revolute, dtype=int)
-    axes = np.meshgrid(*[flags] * (len(UNITS[kind]) - 1), indexing="ij")
-    return np.array(UNITS[kind])[sum(axes)]
+    axes = np.meshgrid(*[flags] * (len(SCHEMA_UNITS[kind]) - 1), indexing="ij")
+    return np.array(SCHEMA_UNITS[kind])[sum(axes)]
 
 
 def table(
@@ -272,8 +272,8 @@ def _units_by_row(
     return {
         _unit_coordinate(kind): (
             tuple(dim for dim in dims if dim.startswith("joint")),
-            units_of(kind, revolute),
+            quantity_units(kind, revolute),
         )
         for kind, dims in kinds.items()
-        if kind in UNITS and len(set(revolute)) > 1
+        if kind in SCHEMA_UNITS and len(set(revolute)) > 1
     }

@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 # Variables by which a user chooses the number of threads; it is then left alone.
 _VARIABLES = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"}
@@ -60,11 +60,11 @@ def one_thread() -> Iterator[None]:
         _LIMIT.end()
 
 
-def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
+def on_one_thread(function: Callable[P, _T]) -> Callable[P, _T]:
     """Run a function with `one_thread`."""
 
     @wraps(function)
-    def limited(*args: P.args, **kwargs: P.kwargs) -> T:
+    def limited(*args: P.args, **kwargs: P.kwargs) -> _T:
         with one_thread():
             return function(*args, **kwargs)
 

@@ -13,7 +13,7 @@ from gd_analyze.exporting.names import identifier, identifiers
 from gd_analyze.formulas.languages import rounded
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.report.budget import budget_words
-from gd_analyze.schema import unit_of, units_of
+from gd_analyze.schema import quantity_units, unit_of
 from gd_analyze.text import parted, short_name, short_names, with_error
 
 # A prismatic joint's variable, times an acceleration of the first.
@@ -29,7 +29,7 @@ SLIDING = TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),))
         ([parted(*x) for x in (("12", 10, {2}), ("1,10", 10, {2}), ("10", 9, {1}))], [(0, 1), (0, 9), None]),
         (short_name("left_gripper_extension_joint_r", 16), "left_gri…joint_r"),
         (unit_of("inertia", True, False), "kg m"),
-        (units_of("inertia", [True, False]).tolist(), [["kg m^2", "kg m"], ["kg m", "kg"]]),
+        (quantity_units("inertia", [True, False]).tolist(), [["kg m^2", "kg m"], ["kg m", "kg"]]),
         (
             [*map(identifier, ("Überarm 3000*/", "double", "7-bot", "腕"))],
             ["Uberarm_3000", "arm_double", "arm_7_bot", "arm"],

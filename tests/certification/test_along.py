@@ -13,7 +13,7 @@ import gd_analyze as gd
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.taylor import TaylorForm
-from gd_analyze.harmonics.expansion import velocity_factors
+from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import TERM
@@ -62,7 +62,7 @@ def test_taylor_bounds_hold_in_boxes_of_any_size(seed, n):
     rng = np.random.default_rng(seed)
     prismatic = tuple(bool(x) for x in rng.random(n) < 0.4)
     drawn = np.where(prismatic, rng.integers(0, 4, (12, n)), rng.integers(-2, 3, (12, n)))
-    multiples, factors = np.unique(drawn, axis=0), velocity_factors(n)
+    multiples, factors = np.unique(drawn, axis=0), expansion_factors(n)
     real, imaginary = rng.normal(size=(2, len(factors), len(multiples)))
     polynomial = TrigonometricPolynomial(prismatic, multiples, real + 1j * imaginary)
     box = gd.types.Box(-np.ones(n), np.ones(n), np.ones(n), np.ones(n))

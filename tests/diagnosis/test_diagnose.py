@@ -18,7 +18,7 @@ from diagnosis_trial import Robot
 from gd_analyze.cli.app import app
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import columns_of, equations_of, file_errors
+from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file_errors
 from gd_analyze.diagnosis.faults import faults_of
 from gd_analyze.diagnosis.fit import fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
@@ -313,7 +313,7 @@ def problem_of(robot: Robot, arrays: Arrays) -> Problem:
 def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     """The column of the file's torque, and those of its errors, are what the regressor gives."""
     problem = problem_of(robot, good)
-    columns, _, shared = columns_of(problem.samples, problem.correction, SETTINGS)
+    columns, _, shared = corrected_columns(problem.samples, problem.correction, SETTINGS)
     states = gd.types.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
     torque = torque_of(robot.file, states, drives=False)
     # Some hundred roundings of the largest.

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.expansion import Expansion, expanded, velocity_factors
+from gd_analyze.harmonics.expansion import Expansion, expanded, expansion_factors
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
@@ -25,7 +25,7 @@ from strategies import arms, examples, random_states
 def torque_of(expansion: Expansion, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
     """Value of what was written out, shape (N, n)."""
     sources = {"1": qd, "qd": qd, "qdd": qdd}
-    factors = [np.prod(sources[kind][:, list(js)], axis=1) for kind, js in velocity_factors(q.shape[1])]
+    factors = [np.prod(sources[kind][:, list(js)], axis=1) for kind, js in expansion_factors(q.shape[1])]
     return np.stack([(row(q.T) * factors).sum(axis=0) for row in expansion.rows], axis=1)
 
 
@@ -91,7 +91,7 @@ def test_a_sum_of_angles_is_one_harmonic():
     expansion = expanded(of(lambda q, qd, qdd: np.cos(q[0] - q[1] + q[0]) * q[2] * qd[0] * qd[1]), SLIDING)
     (row,) = expansion.rows
     assert row.multiples.tolist() == [[2, -1, 1]]
-    place = velocity_factors(3).index(("qd", (0, 1)))
+    place = expansion_factors(3).index(("qd", (0, 1)))
     assert row.coefficients[place].tolist() == [1.0]
     assert np.count_nonzero(row.coefficients) == 1
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.motion import MotionFactors
-from gd_analyze.harmonics.expansion import velocity_factors
+from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
 
@@ -59,7 +59,7 @@ class ErrorField:
     ) -> ErrorField:
         """Subtract a model's row from an `exact_row`, accounting for its rounded coefficients."""
         parts, places = exact
-        factors = velocity_factors(box.n_joints)
+        factors = expansion_factors(box.n_joints)
         limits = {"1": np.ones(box.n_joints), "qd": box.velocity, "qdd": box.acceleration}
         largest = np.array([np.prod(limits[kind][list(joints)]) for kind, joints in factors])
         error = parts.added(places, len(factors))

@@ -15,7 +15,7 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import local_maxima
 from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.tube import Tube
-from gd_analyze.harmonics.expansion import velocity_factors
+from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Batch
 from gd_analyze.simplification.effort import program_inputs
@@ -121,12 +121,12 @@ class BoxErrors:
     """Errors of a model over allowed ones, by position in a box.
 
     The error is affine in accelerations and quadratic in velocities. So its values at a position determine
-    the `Motion` there: one value at rest, and one per factor with its velocities or its acceleration at their
-    limits.
+    the `MotionFactors` there: one value at rest, and one per factor with its velocities or its acceleration
+    at their limits.
     """
 
     def __init__(self, model: SimplifiedModel, exact: ExactDynamics, box: Box, allowed: FloatArray) -> None:
-        self.box, self.allowed, factors = box, allowed, velocity_factors(box.n_joints)
+        self.box, self.allowed, factors = box, allowed, expansion_factors(box.n_joints)
         self.motion = MotionFactors(box.n_joints, factors)
         # Velocities and accelerations of these states as shares of their limits, (2, states, n).
         shares = np.zeros((2, len(factors), box.n_joints))
@@ -150,7 +150,7 @@ class BoxErrors:
         return np.asarray((torque - exact_torque) / self.allowed[:, None])
 
     def factors(self, q: FloatArray) -> FloatArray:
-        """Values of the factors of `Motion` for every joint at positions (n, K), shape (n, factors, K)."""
+        """Values of all factors for every joint at positions (n, K), shape (n, factors, K)."""
         n, count = q.shape
         states = np.empty((3, len(self._inverse), count, n))
         states[0], states[1:] = q.T, self._moving[:, :, None]

@@ -25,7 +25,7 @@ from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.threads import on_one_thread
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
-POSITIONS = 8_000
+INERTIA_POSITIONS = 8_000
 # Most boxes around the pieces of a tube, a few more if it has gaps: each takes 5 ms.
 _MOST_BOXES = 32
 # Shares of the smallest eigenvalue found to try as the shift; the first that can be proven is taken.
@@ -58,7 +58,7 @@ class Definiteness:
 
 @on_one_thread
 def certify_positive_definite(
-    model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = POSITIONS
+    model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = INERTIA_POSITIONS
 ) -> Definiteness:
     """Bound the smallest eigenvalue of a model's D from below over a box of positions, or along a motion.
 

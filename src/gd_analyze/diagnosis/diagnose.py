@@ -28,7 +28,7 @@ from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import SETTINGS, DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import value_text
@@ -181,7 +181,7 @@ def diagnosed(
 ) -> Diagnosis:
     """Diagnose motions as they are, several in one recording, too; see `diagnose`."""
     for motion in motions:
-        require_joints(motion, arm)
+        require_trajectory_joints(motion, arm)
         require_torques(motion)
     if not arm.mass.any():
         raise UsageError(

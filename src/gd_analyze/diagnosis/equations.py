@@ -126,7 +126,7 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def columns_of(
+def corrected_columns(
     samples: Samples, correction: Correction, settings: DiagnosisSettings
 ) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
@@ -151,7 +151,7 @@ def columns_of(
 
 def equations_of(samples: Samples, correction: Correction, settings: DiagnosisSettings) -> TorqueSums:
     """Equations of the corrected samples."""
-    columns, counts, shared = columns_of(samples, correction, settings)
+    columns, counts, shared = corrected_columns(samples, correction, settings)
     sums = []
     for is_chosen in (~samples.scored, samples.scored):
         weighted = columns[:, is_chosen] * counts[is_chosen].T[:, :, None]

@@ -12,7 +12,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import OWN, TorqueSums, columns_of, equations_of
+from gd_analyze.diagnosis.equations import OWN, TorqueSums, corrected_columns, equations_of
 from gd_analyze.diagnosis.fit import FileFit, fitted
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.settings import DiagnosisSettings
@@ -79,7 +79,7 @@ class Problem:
 
     def torques(self) -> tuple[FloatArray, FloatArray]:
         """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
-        columns, counts, shared = columns_of(self.samples, self.correction, self.settings)
+        columns, counts, shared = corrected_columns(self.samples, self.correction, self.settings)
         fit, end = self.null, shared + OWN
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
         model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
-from gd_analyze.diagnosis.remedies import listed, map_of_torques, seconds
+from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, seconds
 from gd_analyze.text import number
 
 # Factors that units and gears make of torques, and what they are.
@@ -99,7 +99,7 @@ class TorqueScale(Hypothesis):
         yield Candidate(
             self.name,
             sentence,
-            f"--torque-constant {listed([factor] * n)}",
+            f"--torque-constant {comma_separated([factor] * n)}",
             correction.with_torque(factor * np.eye(n)),
             numbers=0 if is_known else 1,
             alternatives=len(FACTORS) if is_known else 1,
@@ -144,7 +144,7 @@ class JointScale(Hypothesis):
                 self.name,
                 f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
                 f"multiplied by {number(factor)} it fits",
-                f"--torque-constant {listed(factors.tolist())}",
+                f"--torque-constant {comma_separated(factors.tolist())}",
                 correction.with_torque(np.diag(factors)),
                 numbers=1,
                 alternatives=n,
@@ -164,10 +164,11 @@ class JointScale(Hypothesis):
                 logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
         factors = np.exp(logs)
         if np.ptp(logs[problem.moving]) > np.log(_NOTICED) and len(problem.moving) > 1:
+            constants = comma_separated(factors.tolist())
             yield Candidate(
                 self.name,
-                f"Torques are currents, or before the gears: times {listed(factors.tolist())} they fit",
-                f"--torque-constant {listed(factors.tolist())}",
+                f"Torques are currents, or before the gears: times {constants} they fit",
+                f"--torque-constant {constants}",
                 correction.with_torque(np.diag(factors)),
                 numbers=len(problem.moving),
                 unsure="all masses are wrong by a common factor beside",

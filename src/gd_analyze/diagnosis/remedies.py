@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from gd_analyze.diagnosis.hypothesis import Problem
 
 
-def listed(values: Sequence[float]) -> str:
+def comma_separated(values: Sequence[float]) -> str:
     """Numbers of an option, with commas."""
     return ",".join(f"{value:.4g}" for value in values)
 

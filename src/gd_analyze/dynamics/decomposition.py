@@ -17,7 +17,7 @@ from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import UsageError, require_type
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.spool import release
 from gd_analyze.motions.states import States, broadcast_states, states_of
@@ -107,7 +107,7 @@ def decompose(
     """
     arm = arm_of(arm)
     trajectory = _motion_of(arm, trajectory, q, qd, qdd)
-    require_joints(trajectory, arm)
+    require_trajectory_joints(trajectory, arm)
     parts = {"christoffel": christoffel, "by_link": by_link, "terms": terms}
     arrays = decompose_states(arm, states_of(trajectory), **parts, drives=drives, progress=progress)
     return labelled(arm, trajectory, arrays)
@@ -384,7 +384,7 @@ def decompose_on_demand(
     """Decompose; beyond `MOST_KEPT` set points all but torque is evaluated on access."""
     if trajectory.n_set_points <= MOST_KEPT:
         return decompose(arm, trajectory, drives=drives, progress=progress, **parts)
-    require_joints(trajectory, arm)
+    require_trajectory_joints(trajectory, arm)
     in_memory = {kind: getattr(trajectory, kind) for kind in ("q", "qd", "qdd")}
     in_memory["torque"] = torque_of(arm, states_of(trajectory), drives=drives, progress=progress)
     return labelled(arm, trajectory, arrays_on_demand(arm, trajectory, drives, **parts) | in_memory)

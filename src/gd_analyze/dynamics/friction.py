@@ -103,8 +103,8 @@ class Friction:
     at constant speed.
     """
 
-    # By joint and the names of `TERMS`: N m, N m s and N m (N, N s/m and N if prismatic), (n, 3). Friction
-    # that would drive a joint is held at 0
+    # By joint and the names of `FRICTION_TERMS`: N m, N m s and N m (N, N s/m and N if prismatic), (n, 3).
+    # Friction that would drive a joint is held at 0
     terms: FloatArray
     # Standard errors; nan for values held at 0. Correlated residuals count as fewer readings. They reflect
     # noise, not errors of the model

@@ -21,7 +21,7 @@ from gd_analyze.dynamics.friction import (
     triangle,
 )
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.logged import noise_of
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.states import states_of
@@ -184,7 +184,7 @@ def compare_torque(
     """
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
-    require_joints(trajectory, arm)
+    require_trajectory_joints(trajectory, arm)
     require_torques(trajectory)
     return compared(arm, trajectory, torque_of(arm, states_of(trajectory), drives=drives))
 

@@ -11,7 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, require_type
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Placement
-from gd_analyze.schema import require_table, units_of
+from gd_analyze.schema import quantity_units, require_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +70,7 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
             name, float(np.abs(computed[name] - reference)[..., units == unit].max()), bounds[name], unit
         )
         for name, reference in pinocchio_dynamics(arm, *states).items()
-        for units in [units_of("inertia" if name == "inertia" else "effort", arm.is_revolute)]
+        for units in [quantity_units("inertia" if name == "inertia" else "effort", arm.is_revolute)]
         for unit in dict.fromkeys(units.ravel().tolist())
     )
     for residual in residuals:

@@ -45,14 +45,14 @@ _AS_GOOD = 0.1
 class Regrouping:
     """Parameters that one link passes to the previous link."""
 
-    gone: tuple[int, ...]  # kinds of `KINDS` that it loses
+    gone: tuple[int, ...]  # kinds of `PARAMETER_KINDS` that it loses
     # A row per lost kind, shape (gone, 11). The kind acts as minus these coefficients of the kinds that stay,
     # plus the body of all of them, carried by the previous link
     coefficients: FloatArray
 
     @property
     def kept(self) -> tuple[int, ...]:
-        """Kinds of `KINDS` that stay: the link's base parameters."""
+        """Kinds of `PARAMETER_KINDS` that stay: the link's base parameters."""
         return tuple(kind for kind in range(len(PARAMETER_KINDS)) if kind not in self.gone)
 
 

@@ -17,7 +17,7 @@ from gd_analyze.arrays import Array, FloatArray, evenly
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
 from gd_analyze.errors import ArmError
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -87,7 +87,7 @@ def robustness(
     """
     arm = arm_of(arm)
     trajectory = trajectory_of(trajectory, arm)
-    require_joints(trajectory, arm)
+    require_trajectory_joints(trajectory, arm)
     arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)
     drawn = Drawn.from_arm(arm, samples, np.random.default_rng(seed))
     set_points = evenly(trajectory.n_set_points, _MOST_SET_POINTS)

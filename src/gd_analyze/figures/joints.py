@@ -30,7 +30,7 @@ from gd_analyze.figures.figure import (
 )
 from gd_analyze.figures.run import Run
 from gd_analyze.robots.parts import Joint
-from gd_analyze.schema import UNITS
+from gd_analyze.schema import SCHEMA_UNITS
 from gd_analyze.text import amount, pretty
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def in_degrees(values: FloatArray, joint: Joint) -> FloatArray:
 
 def motion_unit(joint: Joint, name: str) -> str:
     """Unit in which "q", "qd" or "qdd" of a joint is shown."""
-    prismatic, revolute = UNITS[{"q": "position", "qd": "velocity", "qdd": "acceleration"}[name]]
+    prismatic, revolute = SCHEMA_UNITS[{"q": "position", "qd": "velocity", "qdd": "acceleration"}[name]]
     return revolute.replace("rad", "deg") if joint.kind == "revolute" else prismatic
 
 
@@ -195,7 +195,7 @@ class Contributions:
 
 
 def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
-    """Split the torque of every joint by `CONTRIBUTIONS`, N m (N), shape (N, n) each, which sum to it.
+    """Split the torque of every joint by `CONTRIBUTION_LABELS`, N m (N), shape (N, n) each, which sum to it.
 
     "translation" and "rotation" accelerate the links, by effect; "velocity" is Coriolis and centrifugal of
     both effects; "drives" exists only if they are part of the torque.

@@ -65,7 +65,7 @@ class Formula:
     """An equation."""
 
     left: Symbol
-    pieces: tuple[Piece, ...]  # in reading order, grouped by quantity; `NOTHING` for zero
+    pieces: tuple[Piece, ...]  # in reading order, grouped by quantity; `NO_PIECES` for zero
     unit: str = ""  # named behind the equation if it is not evident
 
 

@@ -45,7 +45,7 @@ _EPS = float(np.finfo(float).eps)
 VelocityFactor = tuple[str, tuple[int, ...]]
 
 
-def velocity_factors(n: int) -> tuple[VelocityFactor, ...]:
+def expansion_factors(n: int) -> tuple[VelocityFactor, ...]:
     """Factors of the polynomials of every joint's torque, in this order."""
     pairs = itertools.combinations_with_replacement(range(n), 2)
     return ("1", ()), *(("qdd", (j,)) for j in range(n)), *(("qd", pair) for pair in pairs)
@@ -54,14 +54,14 @@ def velocity_factors(n: int) -> tuple[VelocityFactor, ...]:
 def exact_row(
     harmonics: Harmonics, inertia: Mapping[tuple[int, int], TrigonometricPolynomial], i: int
 ) -> tuple[TrigonometricPolynomial, list[int]]:
-    """Summands of the exact torque of joint i, given D, and the index of each in `velocity_factors`.
+    """Summands of the exact torque of joint i, given D, and the index of each in `expansion_factors`.
 
     The factor of qd_j qd_k, j < k, is 2 h_ijk, that of qd_j^2 is h_ijj.
     """
     n = harmonics.arm.n_joints
     parts = [harmonics.gravity_loading[i], *(inertia[min(i, j), max(i, j)] for j in range(n))]
     places = list(range(n + 1))
-    for place, (_, (j, k)) in enumerate(velocity_factors(n)[n + 1 :], start=n + 1):
+    for place, (_, (j, k)) in enumerate(expansion_factors(n)[n + 1 :], start=n + 1):
         parts += [(1.0 if j == k else 2.0) * slope for slope in inertia_slopes(inertia, i, j, k)]
         places += [place] * 3
     return TrigonometricPolynomial.stacked(parts), places
@@ -76,7 +76,7 @@ class Expansion:
     """The outputs of a program, written out."""
 
     program: Program
-    rows: tuple[TrigonometricPolynomial, ...]  # for every output, one polynomial per `velocity_factors`
+    rows: tuple[TrigonometricPolynomial, ...]  # for every output, one polynomial per `expansion_factors`
     roundings: NDArray[np.int64]  # (outputs,), most successive roundings of an output's coefficients
     degrees: NDArray[np.int64]  # (outputs, n), formal degree in every joint's variable
 
@@ -149,7 +149,7 @@ class _TorqueAlgebra:
     def __init__(self, prismatic: Sequence[bool]) -> None:
         self.prismatic = tuple(prismatic)
         self.n = len(self.prismatic)
-        self.factors = velocity_factors(self.n)
+        self.factors = expansion_factors(self.n)
         # Single velocities come last: steps have them, torques do not.
         moving: list[VelocityFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
         self.place = {factor: k for k, factor in enumerate(moving)}
@@ -203,7 +203,7 @@ class _TorqueAlgebra:
         return _Angle(tuple(multiples), first.constant + sign * second.constant)
 
     def polynomial(self, total: _Sum) -> TrigonometricPolynomial:
-        """Write a sum in harmonics, one polynomial per `velocity_factors`."""
+        """Write a sum in harmonics, one polynomial per `expansion_factors`."""
         angles, moving = np.divmod(total.keys, len(self.products))
         if (moving >= len(self.factors)).any():
             raise no_torque("an output is linear in a velocity")

@@ -33,7 +33,7 @@ from gd_analyze.identification.identified_arm import (
     spread_of,
 )
 from gd_analyze.identification.rows import JointRows, Unknowns, identification_rows
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -155,7 +155,7 @@ def identify(
 def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
     """Refuse logs that a cause of few numbers explains better than changed links do."""
     for motion in motions:
-        require_joints(motion, arm)
+        require_trajectory_joints(motion, arm)
         require_torques(motion)
     if not arm.mass.any() or not motions:
         return
@@ -192,7 +192,7 @@ def _identified(
     n = arm.n_joints
     motions = [*fitted, *carrying, *held_out_motions]
     for motion in motions:
-        require_joints(motion, arm)
+        require_trajectory_joints(motion, arm)
         require_torques(motion)
     _require_different(motions)
     unknowns = Unknowns(n, payload=bool(carrying))

@@ -33,7 +33,7 @@ _BELOW = "/"
 _IS_LIST = re.compile(r"\s*[\[(].*[\])]\s*", re.DOTALL)
 _BETWEEN = re.compile(r"[\s,;]+")
 
-Row = Mapping[str, Any]
+Record = Mapping[str, Any]
 
 
 def read_numpy(path: Path) -> ArrayTable:
@@ -165,14 +165,14 @@ def read_json(path: Path, data: bytes | None) -> ArrayTable:
     return _table_of_rows(path, (_checked(path, number, row) for number, row in enumerate(document, 1)))
 
 
-def _parsed(path: Path, number: int, line: str) -> Row | TrajectoryError:
+def _parsed(path: Path, number: int, line: str) -> Record | TrajectoryError:
     try:
         return _checked(path, number, json.loads(line))[1]
     except (ValueError, RecursionError) as error:
         return _not_json(Location(path, number), json_fault(error))
 
 
-def _checked(path: Path, number: int, row: object) -> tuple[int, Row | TrajectoryError]:
+def _checked(path: Path, number: int, row: object) -> tuple[int, Record | TrajectoryError]:
     if not isinstance(row, Mapping):
         return number, _not_json(Location(path, number), in_python(row))
     return number, dict(_flattened(row))
@@ -204,7 +204,7 @@ def read_list_cells(table: TextTable) -> ArrayTable:
         number = number_in(table.layout.plain(cell))
         return cell if number is None else number
 
-    def values_in(cells: list[str] | TrajectoryError) -> Row | TrajectoryError:
+    def values_in(cells: list[str] | TrajectoryError) -> Record | TrajectoryError:
         if isinstance(cells, TrajectoryError):
             return cells
         return dict(zip(table.names, map(value_in, cells), strict=True))
@@ -212,7 +212,7 @@ def read_list_cells(table: TextTable) -> ArrayTable:
     return _table_of_rows(Path(table.path), ((number, values_in(cells)) for number, cells in table.rows()))
 
 
-def _table_of_rows(path: Path, rows: Iterable[tuple[int, Row | TrajectoryError]]) -> ArrayTable:
+def _table_of_rows(path: Path, rows: Iterable[tuple[int, Record | TrajectoryError]]) -> ArrayTable:
     """A table of rows with their lines: a column per number, and one per element of a list.
 
     A list of names that is the same in every row names the elements of lists of its length.

@@ -167,7 +167,7 @@ def angle(value: float, unit: str) -> str:
 
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory with another number of joints; warn of exceeded limits and implausible numbers."""
-    require_joints(trajectory, arm)
+    require_trajectory_joints(trajectory, arm)
     low, high = trajectory.extremes[0]
     suspects = _degree_suspects(arm, low, high)
     messages = []
@@ -234,7 +234,7 @@ def _in_degrees(trajectory: Trajectory, joint: int) -> str:
     return f"if they are, and qd too, give --degrees; if q alone is, {named}"
 
 
-def require_joints(trajectory: Trajectory, arm: RobotArm) -> None:
+def require_trajectory_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Raise a TrajectoryError if a trajectory has another number of joints."""
     if trajectory.n_joints != arm.n_joints:
         where = f"trajectory {trajectory.name}"

@@ -16,7 +16,7 @@ from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.trajectory import Motion, Trajectory, in_words
+from gd_analyze.motions.trajectory import Motion, Trajectory, counted_motions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python, number, visible
 
@@ -123,7 +123,7 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
         qd,
         qdd,
         name=name or joined_names,
-        origin=f"{in_words(names)}, one after the other with {number(pause)} s between",
+        origin=f"{counted_motions(names)}, one after the other with {number(pause)} s between",
         derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
         gaps=tuple(sorted({*begins[1:], *inner_gaps})),
         recording=_recording(parts),

@@ -118,7 +118,7 @@ def in_words(described: Mapping[str, str | int]) -> str:
     if "trajectory" in described:
         name = described["trajectory"]
         if "motions" in described:
-            name = motion.in_words(str(described["motions"]).split(", "))
+            name = motion.counted_motions(str(described["motions"]).split(", "))
         return f"{counted(int(described['set_points']), 'set point')} of {name}"
     return f"{described['states']} states drawn from {described['box']}, seed {described['seed']}"
 

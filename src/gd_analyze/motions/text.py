@@ -55,7 +55,7 @@ _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
 @dataclass(frozen=True)
-class Layout:
+class TextLayout:
     """Layout of a text table's lines."""
 
     delimiter: str  # comma, semicolon or tab; a blank means any white space
@@ -90,7 +90,7 @@ def _is_row(line: str) -> bool:
     return not line.lstrip().startswith("#") and bool(line.strip())
 
 
-def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
+def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
     """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
     rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
     if not rows:
@@ -122,7 +122,7 @@ def layout_of(lines: Sequence[str], path: str | Path) -> Layout:
     values = _split(row, delimiter, Location(path, begin))
     # Between commas a decimal comma is in quotes.
     comma = any(_WITH_COMMA.fullmatch(cell.strip()) for cell in values)
-    return Layout(delimiter, "," if comma else ".", names, header, begin)
+    return TextLayout(delimiter, "," if comma else ".", names, header, begin)
 
 
 def _with_units(
@@ -205,7 +205,7 @@ class TextTable(LogTable):
             text = head.decode("latin-1")
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
-        self.layout: Layout = layout_of(self.first_lines, path)
+        self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names = names or self.layout.names
         self.set_points = not names and any(self.names) and all(map(is_of_set_points, self.names))
         numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)

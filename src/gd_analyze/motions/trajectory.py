@@ -61,7 +61,7 @@ def listed(motions: Iterable[Motion]) -> str:
     return ", ".join(motion.name.replace(",", " ") for motion in motions)
 
 
-def in_words(names: Sequence[str], most: int = 4) -> str:
+def counted_motions(names: Sequence[str], most: int = 4) -> str:
     """Number of motions, with their names if there are few: "2 motions (a, b)"."""
     return f"{len(names)} motions" + (f" ({', '.join(names)})" if len(names) <= most else "")
 

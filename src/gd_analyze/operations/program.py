@@ -266,7 +266,7 @@ def plain_program(program: Program) -> tuple[list[list[str | float]], list[str |
 def read_back(
     steps: Sequence[Sequence[str | float]], outputs: Sequence[str | float], inputs: Collection[str]
 ) -> Program:
-    """Rebuild a program from the result of `written`; operations are recorded, not carried out.
+    """Rebuild a program from the result of `plain_program`; operations are recorded, not carried out.
 
     ValueError if a step is not an operation, refers to a later one, occurs twice, or has an invalid input.
     """

@@ -225,7 +225,7 @@ def cost(nodes: Nodes, leaves: Leaves, used: Any) -> float:
 
 
 @_entry
-def evaluate(nodes: Nodes, values: Any, first_node: int, begin: int, end: int) -> None:
+def evaluate_nodes(nodes: Nodes, values: Any, first_node: int, begin: int, end: int) -> None:
     """Values of the nodes from `first_node` on at states `begin` to `end`, (nodes, states), in place."""
     for place in range(first_node, nodes.length[0]):
         out = values[place, begin:end]
@@ -279,7 +279,7 @@ def largest_errors(
     for begin in range(0, count, size):
         end = min(begin + size, count)
         values[:first, : end - begin] = leaf_values[:, begin:end]
-        evaluate(nodes, values, first, 0, end - begin)
+        evaluate_nodes(nodes, values, first, 0, end - begin)
         errors(nodes, values, targets[:, begin:end], scale[:, begin:end], 0, end - begin, block)
         out[:, begin:end] = block[:, : end - begin]
 
@@ -536,7 +536,7 @@ def refit(nodes: Nodes, active: Sample, memory: Memory, first_node: int, rounds:
     """
     states = active.errors.shape[1]
     count = nodes.length[0]
-    evaluate(nodes, active.values, first_node, 0, states)
+    evaluate_nodes(nodes, active.values, first_node, 0, states)
     largest = errors(nodes, active.values, active.targets, active.scale, 0, states, active.errors)
     gathered, fit, numbers, weights = memory.gathered, memory.fit, memory.numbers, memory.weights
     for _ in range(rounds):
@@ -555,7 +555,7 @@ def refit(nodes: Nodes, active: Sample, memory: Memory, first_node: int, rounds:
         best, best_share, share = largest, 0.0, 1.0
         for _ in range(5):
             _moved(nodes, numbers, fit, share, False, first_node)
-            evaluate(nodes, active.values, first_node, 0, states)
+            evaluate_nodes(nodes, active.values, first_node, 0, states)
             reached = errors(nodes, active.values, active.targets, active.scale, 0, states, active.errors)
             if reached < best:
                 best, best_share = reached, share
@@ -563,7 +563,7 @@ def refit(nodes: Nodes, active: Sample, memory: Memory, first_node: int, rounds:
                 break
             share *= 0.5
         _moved(nodes, numbers, fit, best_share, False, first_node)
-        evaluate(nodes, active.values, first_node, 0, states)
+        evaluate_nodes(nodes, active.values, first_node, 0, states)
         errors(nodes, active.values, active.targets, active.scale, 0, states, active.errors)
         if best > 0.998 * largest:
             largest = best
@@ -979,7 +979,7 @@ def _holds(nodes: Nodes, watched: Sample, memory: Memory, limit: float) -> bool:
     for begin in range(0, count, size):
         end = min(begin + size, count)
         memory.block[:first, : end - begin] = watched.values[:, begin:end]
-        evaluate(nodes, memory.block, first, 0, end - begin)
+        evaluate_nodes(nodes, memory.block, first, 0, end - begin)
         targets, scale = watched.targets[:, begin:end], watched.scale[:, begin:end]
         if errors(nodes, memory.block, targets, scale, 0, end - begin, memory.block_errors) > limit:
             return False
@@ -1017,7 +1017,7 @@ def search(
     refit(trial, active, memory, first, settings.rounds, 0.0)
     if _holds(trial, watched, memory, settings.limit):
         _copy(trial, current)
-    evaluate(current, active.values, first, 0, states)
+    evaluate_nodes(current, active.values, first, 0, states)
     errors(current, active.values, active.targets, active.scale, 0, states, active.errors)
     score = _score(active.errors, current_cost)
     _keep_values(current, active, memory, first)
@@ -1050,7 +1050,7 @@ def search(
         allowance = score - settings.temperature * np.log(1.0 - rng.random())
         if total > allowance:
             continue
-        evaluate(trial, active.values, first, 0, screened_states)
+        evaluate_nodes(trial, active.values, first, 0, screened_states)
         largest = errors(
             trial, active.values, active.targets, active.scale, 0, screened_states, active.errors
         )
@@ -1063,7 +1063,7 @@ def search(
             memory.numbers[: trial.length[0]] = trial.number[: trial.length[0]]
             step(memory.chord, active.errors, memory.ones)
             _moved(trial, memory.numbers, memory.chord, 1.0, True, first)
-            evaluate(trial, active.values, first, 0, screened_states)
+            evaluate_nodes(trial, active.values, first, 0, screened_states)
             after = errors(
                 trial, active.values, active.targets, active.scale, 0, screened_states, active.errors
             )
@@ -1077,7 +1077,7 @@ def search(
                 continue
             new_score = score - current_cost + total
         else:
-            evaluate(trial, active.values, first, 0, states)
+            evaluate_nodes(trial, active.values, first, 0, states)
             largest = errors(trial, active.values, active.targets, active.scale, 0, states, active.errors)
             if largest > settings.limit:
                 most = settings.worth_a_refit if total < current_cost else settings.worth_an_equal

@@ -7,7 +7,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.languages import Typst
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.report.answer import VerdictList
+from gd_analyze.report.html import TEMPLATES
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import PartNumbers, flat, is_seen
@@ -28,7 +28,6 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import margins, stop_facts, tube_bound
 from gd_analyze.text import pretty, signed, unbroken
 
-TEMPLATES = Path(__file__).parent / "templates"
 _TYPST = Typst()
 # Largest share of the allowed error that a bar shows; beyond it the other bars would vanish.
 _LONGEST = 20.0

@@ -25,7 +25,7 @@ from gd_analyze.report.model_sections import beyond_section, founding_section, m
 from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Section, Table, joint_columns
 from gd_analyze.results import motion_result
 from gd_analyze.results import rows as row_parts
-from gd_analyze.results.diagnosis_result import faults_table, ranking_table, where_drawing, worst_joint
+from gd_analyze.results.diagnosis_result import causes_table, faults_table, where_drawing, worst_joint
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
 from gd_analyze.results.rows import dominance_note, effect_of, element_rows, joint_rows, rows_of, table_of
@@ -129,7 +129,7 @@ def _diagnosis(findings: Findings) -> Iterator[Part]:
     table = findings.tables["diagnosis"]
     joint = worst_joint(table)
     drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
-    parts = (*drawings, *ranking_table(table), *faults_table(table))
+    parts = (*drawings, *causes_table(table), *faults_table(table))
     yield Section("", "Why log and arm contradict each other", parts, str(table.attrs["answer"]))
 
 

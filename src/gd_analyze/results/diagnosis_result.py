@@ -148,7 +148,7 @@ def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Table, ...]:
     return (
         _joints(tabulated, arm),
         *_causes(tabulated),
-        *ranking_table(tabulated),
+        *causes_table(tabulated),
         *faults_table(tabulated),
     )
 
@@ -190,7 +190,7 @@ def _causes(tabulated: xr.Dataset) -> Iterator[Table]:
         yield Table("causes", "", tuple(columns))
 
 
-def ranking_table(tabulated: xr.Dataset) -> Iterator[Table]:
+def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
     """All that was tried as first cause, the best first; none if nothing was tried."""
     rows = _rows(tabulated, "tried")
     if not rows:

@@ -14,7 +14,7 @@ from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import UNITS
+from gd_analyze.schema import SCHEMA_UNITS
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.text import amount, named_joints, number, with_error
@@ -77,7 +77,7 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
     rows, efforts = rows_of(table, "joint"), [joint.effort_unit for joint in arm.joints]
     units = {
         "coulomb": ("Coulomb", efforts),
-        "viscous": ("viscous", [UNITS["viscous"][unit == "N m"] for unit in efforts]),
+        "viscous": ("viscous", [SCHEMA_UNITS["viscous"][unit == "N m"] for unit in efforts]),
         "offset": ("offset", efforts),
     }
     columns = [*joint_columns(arm.joints)]

@@ -16,7 +16,7 @@ from gd_analyze.dynamics.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.motions.margin import Margin
-from gd_analyze.motions.trajectory import in_words
+from gd_analyze.motions.trajectory import counted_motions
 from gd_analyze.result import Fact, Part, Result, Section, Table, value_text
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
@@ -170,7 +170,7 @@ def subtitle(findings: Findings) -> str:
     """The motion, and whether drives are included."""
     drives = drives_text(findings.arm, findings.model.drives)
     motions = findings.trajectory.motions
-    along = in_words([motion.name for motion in motions]) if motions else findings.trajectory.name
+    along = counted_motions([motion.name for motion in motions]) if motions else findings.trajectory.name
     where = f"along {along}, {counted(findings.trajectory.n_stated, 'set point')}"
     return f"{where}, {drives}" if drives else where
 

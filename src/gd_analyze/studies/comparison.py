@@ -14,7 +14,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.methods import METHODS, Method, torque_of_states
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.motions.limits import check_against_arm, require_joints
+from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.counting import count_operations
@@ -130,7 +130,7 @@ def comparison(
             compared_at = f"{_N_RANDOM} random states within the arm's limits{box_limits(arm).remark}"
         else:
             check_against_arm(trajectory, arm)
-            require_joints(trajectory, arm)
+            require_trajectory_joints(trajectory, arm)
             all_states = states_of(trajectory)
             states, compared_at = all_states.evenly(_MOST_SET_POINTS), all_states.in_words
             if len(states) < len(all_states):

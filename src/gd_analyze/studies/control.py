@@ -14,7 +14,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, warnings_said
-from gd_analyze.motions.limits import check_against_arm, require_joints
+from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
@@ -224,7 +224,7 @@ def control(
     moved = model.arm if arm is None else arm_of(arm)
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
-    require_joints(motion, model.arm)
+    require_trajectory_joints(motion, model.arm)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GdAnalyzeWarning)
         check_against_arm(motion, moved)

@@ -17,7 +17,7 @@ from gd_analyze.certification.certificate import box_of
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.limits import require_joints
+from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
@@ -311,7 +311,7 @@ def evaluate(
         trajectories = [*motions_of(given, arm)]
     for trajectory in trajectories:
         if trajectory is not None:
-            require_joints(trajectory, arm)
+            require_trajectory_joints(trajectory, arm)
     computed_torques = [
         (trajectory, model_torque(model, given if trajectory is None else trajectory, arm))
         for trajectory in trajectories
