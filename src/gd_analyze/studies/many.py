@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeVar
 
 from gd_analyze.errors import StorageError, UsageError
 
-Answer = TypeVar("T")
+_T = TypeVar("T")
 # Idle time after which a worker whose parent was killed ends, s.
 _IDLE = 30.0
 # How long a Dask scheduler may take to answer, s.
@@ -16,12 +16,12 @@ _PATIENCE = 10.0
 
 
 def each(
-    work: Callable[..., Answer],
+    work: Callable[..., _T],
     tasks: Iterable[tuple[Any, ...]],
     jobs: int = 1,
     scheduler: str | None = None,
     at_once: int | Literal["auto"] = "auto",
-) -> Iterator[tuple[int, Answer]]:
+) -> Iterator[tuple[int, _T]]:
     """Yield number and result of every task, in the order of completion.
 
     Tasks are drawn as needed, a few more than there are workers. Exceptions of tasks are raised here. The
@@ -69,7 +69,7 @@ def each(
             raise StorageError("a worker died", found=str(error).splitlines()[0], next_step=step) from None
 
 
-def _numbered(work: Callable[..., Answer], number: int, task: tuple[Any, ...]) -> tuple[int, Answer]:
+def _numbered(work: Callable[..., _T], number: int, task: tuple[Any, ...]) -> tuple[int, _T]:
     return number, work(*task)
 
 
