@@ -25,7 +25,7 @@ _FAR_OFF = "The links must be off by more than a file's usually are: check that 
 _CLEARLY = 0.9
 # Share of faulty readings that the answer tells; fewer are in the table alone.
 _MANY = 0.002
-QUANTITIES = ("position", "velocity", "acceleration", "time")
+FOLLOWED = ("position", "velocity", "acceleration", "time")
 
 
 def answer(diagnosis: Diagnosis) -> str:
@@ -112,7 +112,7 @@ def what_remains_follows(problem: Problem) -> list[str]:
             _share(x[is_measured], residual[is_measured])
             for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)
         ]
-        out.append(QUANTITIES[int(np.argmax(shares))] if max(shares) > _FOLLOWS else "")
+        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _FOLLOWS else "")
     return out
 
 

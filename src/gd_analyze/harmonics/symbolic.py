@@ -26,7 +26,12 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.arm_symbols import ArmSymbol, ArmSymbols
 from gd_analyze.harmonics.equations import ElementIndices, elements_named
 from gd_analyze.harmonics.products import to_products
-from gd_analyze.harmonics.symbolic_number import MOST_TERMS, SymbolicNumber, TooManyTermsError, exponents
+from gd_analyze.harmonics.symbolic_number import (
+    MOST_SYMBOLIC_TERMS,
+    SymbolicNumber,
+    TooManySymbolsError,
+    digits_of,
+)
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import round_off_cut
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
@@ -131,11 +136,11 @@ def symbolic_equations(
         try:
             effects = source.element(kind, indices)
             written = [source.terms(number) for number in effects]
-        except TooManyTermsError:
+        except TooManySymbolsError:
             raise ArmError(
                 f"{label} of arm {arm.name} is too long to be written in symbols",
                 where=f"arm {arm.name}",
-                expected=f"at most {thousands(MOST_TERMS)} terms on the way",
+                expected=f"at most {thousands(MOST_SYMBOLIC_TERMS)} terms on the way",
                 found=f"{label} of {arm.n_joints} joints",
                 next_step=f"elements of outer joints are shorter, such as "
                 f"D{joined((arm.n_joints - 1,) * 2)}, and so are all without --symbolic",
@@ -220,11 +225,11 @@ class _Source:
         # Harmonics by the powers of symbols before them.
         harmonics: dict[int, dict[tuple[int, ...], complex]] = defaultdict(dict)
         for key, coefficient in number.terms.items():
-            multiples, of_symbols = exponents(key, self.n + len(self.symbols.angles))
+            multiples, of_symbols = digits_of(key, self.n + len(self.symbols.angles))
             harmonics[of_symbols][tuple(multiples[column] for column in self._columns)] = coefficient
         groups: dict[Monomial, list[SymbolicTerm]] = defaultdict(list)
         for of_symbols, polynomial in harmonics.items():
-            digits, _ = exponents(of_symbols, len(self.symbols.lengths_and_masses))
+            digits, _ = digits_of(of_symbols, len(self.symbols.lengths_and_masses))
             pairs = zip(self.symbols.lengths_and_masses, digits, strict=True)
             powers = tuple((symbol, exponent) for symbol, exponent in pairs if exponent)
             table = to_products(self._polynomial(polynomial), self._velocities)

@@ -14,11 +14,11 @@ from typing import Any
 _BITS = 8
 _HALF = 1 << (_BITS - 1)
 # Numbers of more terms take minutes, and nobody reads a formula of a hundredth of them.
-MOST_TERMS = 100_000
+MOST_SYMBOLIC_TERMS = 100_000
 
 
-class TooManyTermsError(Exception):
-    """A number has more than `MOST_TERMS` terms."""
+class TooManySymbolsError(Exception):
+    """A number has more than `MOST_SYMBOLIC_TERMS` terms."""
 
 
 class SymbolicNumber:
@@ -87,8 +87,8 @@ class SymbolicNumber:
         small, large = sorted((self.terms, other.terms), key=len)
         out: dict[int, complex] = {}
         for key, value in small.items():
-            if len(out) > MOST_TERMS:
-                raise TooManyTermsError
+            if len(out) > MOST_SYMBOLIC_TERMS:
+                raise TooManySymbolsError
             _sum(out, ((key + large_key, value * factor) for large_key, factor in large.items()))
         return SymbolicNumber(out)
 
@@ -98,7 +98,7 @@ class SymbolicNumber:
         """Derivative by a variable; exact."""
         out: dict[int, complex] = {}
         for key, value in self.terms.items():
-            exponent = exponents(key, number + 1)[0][number]
+            exponent = digits_of(key, number + 1)[0][number]
             if exponent and is_angle:
                 out[key] = value * 1j * exponent
             elif exponent:
@@ -106,7 +106,7 @@ class SymbolicNumber:
         return SymbolicNumber(out)
 
 
-def exponents(key: int, count: int) -> tuple[tuple[int, ...], int]:
+def digits_of(key: int, count: int) -> tuple[tuple[int, ...], int]:
     """Exponents of the first `count` variables, and the key of the others, whose first becomes number 0."""
     out = []
     for _ in range(count):

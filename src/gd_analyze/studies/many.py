@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeVar
 
 from gd_analyze.errors import StorageError, UsageError
 
-_T = TypeVar("T")
+_T = TypeVar("_T")
 # Idle time after which a worker whose parent was killed ends, s.
 _IDLE = 30.0
 # How long a Dask scheduler may take to answer, s.
