@@ -57,7 +57,7 @@ DATA = "[example-robot-data](https://pypi.org/project/example-robot-data/)"
 SALERNO = "https://github.com/unisa-acg/inverse-dynamics-solver"
 BLANK = '<rect width="100%" height="100%" fill="#fff"/>'  # also where a page is dark
 SCREEN = "1000,680"  # what a report shows before anyone scrolls
-COLOURS = 64  # the page has few; a third of the size of true colour
+COLOURS = 128  # the page has few; a third of the size of true colour
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
