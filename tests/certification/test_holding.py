@@ -94,8 +94,9 @@ def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
     sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True, effort=0.1)
     assert not gd.certify(sampled, box).within(sampled.accuracy.allowed).all()
     rounds: list[int] = []
-    options = {"level": TERM, "effort": 0.1, "progress": rounds.append}
-    model, certificate = simplify_held(exact, "10%", box, SearchOptions(**options), certified=True)[:2]
+    options = SearchOptions(level=TERM, effort=0.1)
+    held = simplify_held(exact, "10%", box, options, certified=True, progress=rounds.append)
+    model, certificate = held[:2]
     assert certificate.within(model.accuracy.allowed).all()
     assert 1 < len(rounds) <= 8
     assert model.operations.total >= sampled.operations.total

@@ -27,8 +27,12 @@ def dataset_of(d_tran, d_rot, h_tran=0.0, h_rot=0.0, c=0.0, qdd=1.0, drive=0.0) 
         {
             "inertia": (("time", "effect", "joint", "joint_j"), np.stack([dt, dr], 1)[:, :, None, None]),
             "coriolis_centrifugal": (("time", "effect", "joint"), np.stack([ht, hr], 1)[:, :, None]),
+            "centrifugal": (("time", "effect", "joint"), np.stack([ht, hr], 1)[:, :, None]),
+            "coriolis": (("time", "effect", "joint"), np.zeros((len(dt), 2, 1))),
             "gravity_loading": (("time", "joint"), c[:, None]),
             "torque": (("time", "joint"), ((dt + dr + drive) * qdd + ht + hr + c)[:, None]),
+            "q": (("time", "joint"), np.zeros((len(dt), 1))),
+            "qd": (("time", "joint"), np.zeros((len(dt), 1))),
             "qdd": (("time", "joint"), qdd[:, None]),
         },
         coords={

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
 from gd_analyze.motions.trajectory import Trajectory, write_trajectory
@@ -97,7 +97,7 @@ def test_refusals(swing, pick_and_place):
         ([], "motions", "none"),
         ([3], "motions", "3"),
     ):
-        with pytest.raises(TrajectoryError) as caught:
+        with pytest.raises(GdAnalyzeError) as caught:
             pool(motions)
         assert (caught.value.details["where"], caught.value.details["found"]) == (at, found)
 

@@ -54,7 +54,7 @@ def fitted(program: Any, seed: int) -> Fitted:
 
 
 def largest_error(case: Fitted, nodes: Nodes) -> float:
-    kernels.evaluate(nodes, case.active.values, FIRST, 0, STATES)
+    kernels.evaluate_nodes(nodes, case.active.values, FIRST, 0, STATES)
     sample = case.active
     return kernels.errors(nodes, sample.values, sample.targets, sample.scale, 0, STATES, sample.errors)
 

@@ -106,7 +106,7 @@ def test_edits_make_torques_of_nodes_within_memory(program, seed, edits):
     inputs = states(seed, 20)
     memory, active = scratch_of(current, inputs, traced(program).run(inputs), np.ones((2, 20)), 8)
     _, degree = canonical(current, LEAVES)
-    kernels.evaluate(current, active.values, FIRST, 0, 8)
+    kernels.evaluate_nodes(current, active.values, FIRST, 0, 8)
     kernels._keep_values(current, active, memory, FIRST)
     settings = kernels.SearchSettings()
     edited = guarded(copied(current))

@@ -113,7 +113,7 @@ def test_it_never_exceeds_the_limit_at_its_states(name):
 def test_values_of_the_kernels_are_those_of_the_program():
     case, found, active = plain_search("usual", 1, 150)
     states = active.targets.shape[1]
-    uncompiled.kernels.evaluate(found, active.values, case.layout.about.degree.size, 0, states)
+    uncompiled.kernels.evaluate_nodes(found, active.values, case.layout.about.degree.size, 0, states)
     uncompiled.kernels.errors(found, active.values, active.targets, active.scale, 0, states, active.errors)
     errors = np.abs(np.asarray(active.errors))
     np.testing.assert_allclose(case.errors(found)[:, ::5], errors, atol=20 * (ROUNDED - 1.0))

@@ -98,5 +98,5 @@ def values_of(nodes: layout.Nodes, leaf_values: np.ndarray) -> np.ndarray:
     """Values of all nodes, shape (nodes, N), from those of the leaves."""
     values = guarded(np.zeros((int(nodes.length[0]), leaf_values.shape[1])))
     values[: len(leaf_values)] = leaf_values
-    kernels.evaluate(nodes, values, len(leaf_values), 0, leaf_values.shape[1])
+    kernels.evaluate_nodes(nodes, values, len(leaf_values), 0, leaf_values.shape[1])
     return values
