@@ -151,8 +151,6 @@ def table(
 
     `values` are arrays by the names declared, `coords` coordinates beside those of the joints.
     """
-    import xarray as xr
-
     declared = _known(group, values)
     variables = {
         name: (declared[name].dims, values[name], declared[name].attributes(revolute)) for name in values
@@ -160,12 +158,20 @@ def table(
     dims = {dim for name in values for dim in declared[name].dims}
     joints = np.arange(1, len(revolute) + 1)
     coordinates = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
-    # Registers the accessor `gd` of datasets.
-    import gd_analyze.results.accessor  # noqa: F401
-
-    dataset = xr.Dataset(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
+    dataset = dataset_of(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
     validate(dataset, group, revolute)
     return dataset
+
+
+def dataset_of(
+    variables: Mapping[str, Any], coords: Mapping[str, Any], attrs: Mapping[str, Any]
+) -> xr.Dataset:
+    """Make a dataset that has the accessor `gd`."""
+    import xarray as xr
+
+    import gd_analyze.results.accessor  # noqa: F401  its import registers the accessor
+
+    return xr.Dataset(variables, coords, attrs)
 
 
 def require_table(

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import wraps
 from threading import Lock
-from typing import Any, ParamSpec, TypeVar
-
-P = ParamSpec("P")
-_T = TypeVar("_T")
+from typing import Any
 
 # Variables by which a user chooses the number of threads; it is then left alone.
 _VARIABLES = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"}
@@ -29,8 +25,7 @@ class _Limit:
         with self._lock:
             self._jobs += 1
             if self._jobs == 1 and not _VARIABLES & set(os.environ):
-                # SciPy has a library of its own, whose threads are limited only once it is loaded.
-                import scipy.linalg  # noqa: F401
+                import scipy.linalg  # noqa: F401  loads SciPy's own library, limited only once it is there
                 from threadpoolctl import threadpool_limits
 
                 self._limiter = threadpool_limits(limits=1, user_api="blas")
@@ -51,21 +46,10 @@ _LIMIT = _Limit()
 def one_thread() -> Iterator[None]:
     """Let libraries of linear algebra run one thread, unless the environment states their number.
 
-    The last bits then do not depend on the number of cores either.
+    The last bits then do not depend on the number of cores either. `@one_thread()` is for a whole function.
     """
     _LIMIT.begin()
     try:
         yield
     finally:
         _LIMIT.end()
-
-
-def on_one_thread(function: Callable[P, _T]) -> Callable[P, _T]:
-    """Run a function with `one_thread`."""
-
-    @wraps(function)
-    def limited(*args: P.args, **kwargs: P.kwargs) -> _T:
-        with one_thread():
-            return function(*args, **kwargs)
-
-    return limited

@@ -14,7 +14,7 @@ from gd_analyze.threads import _VARIABLES
 SCRIPT = """
 import numpy, scipy.linalg
 from threadpoolctl import threadpool_info
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 def most():
     return max(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas")
@@ -24,10 +24,10 @@ def job(fails):
     if fails:
         raise ValueError
 
-@on_one_thread
+@one_thread()
 def outer():
     try:
-        on_one_thread(job)(True)
+        one_thread()(job)(True)
     except ValueError:
         print(most())
 

@@ -26,7 +26,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Proven
 from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.text import in_python, number, rounded_up
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles.
 POSITIONS_PER_JOINT = 250_000
@@ -129,7 +129,7 @@ class Certificate:
         return np.asarray(self.counting <= allowed)
 
 
-@on_one_thread
+@one_thread()
 def certify(
     model: SimplifiedModel,
     region: Box | Tube | None = None,

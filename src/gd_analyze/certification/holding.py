@@ -28,7 +28,7 @@ from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Most rounds.
 _ROUNDS = 16
@@ -53,7 +53,7 @@ _CLOSING = 8
 _USUAL = SearchOptions()
 
 
-@on_one_thread
+@one_thread()
 def simplify_held(
     exact: ExactDynamics,
     budget: Budget | str | None,

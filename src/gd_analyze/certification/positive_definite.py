@@ -22,7 +22,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.model import SimplifiedModel, require_model
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
 INERTIA_POSITIONS = 8_000
@@ -56,7 +56,7 @@ class Definiteness:
         return abs(self.smallest_found) <= self.round_off
 
 
-@on_one_thread
+@one_thread()
 def certify_positive_definite(
     model: SimplifiedModel, region: Box | Tube | None = None, *, effort: int = INERTIA_POSITIONS
 ) -> Definiteness:

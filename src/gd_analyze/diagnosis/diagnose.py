@@ -35,7 +35,7 @@ from gd_analyze.result import value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import html_of, joint_name
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Every kind of cause; a new one is one more entry.
 HYPOTHESES: tuple[Hypothesis, ...] = (
@@ -125,7 +125,7 @@ class Diagnosis:
         return self.after.changed > self.problem.settings.changed
 
 
-@on_one_thread
+@one_thread()
 def diagnose(
     arm: RobotArm | str | Path,
     logs: GivenMotions,

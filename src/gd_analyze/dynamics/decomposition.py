@@ -29,7 +29,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,7 +45,7 @@ _LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 ReadRows = Callable[[NDArray[np.intp]], Array]
 
 
-@on_one_thread
+@one_thread()
 def decompose(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions | None = None,
@@ -193,7 +193,7 @@ def gaps_in(dataset: xr.Dataset) -> tuple[int, ...]:
     return tuple(row for row in np.unique(before).tolist() if 0 < row < dataset.sizes["time"])
 
 
-@on_one_thread
+@one_thread()
 def decompose_states(
     arm: RobotArm,
     states: States,

@@ -153,77 +153,22 @@ def rank(
             found=f"a dataset of {', '.join(map(str, dataset.data_vars))}",
         )
     n = dataset.sizes["joint"]
-    torque = dataset.torque.values
-    explained = float(dataset.attrs["torque_round_off"])
-    peak_torque, round_off = peak_magnitude(torque, explained), round_off_of(torque, explained)
-    budget_values = array_of(budget, "budget", UsageError)
-    if budget_values.shape not in ((), (n,)) or not (budget_values >= 0.0).all():
-        raise UsageError(
-            "this is not a budget",
-            where="budget",
-            expected=f"a share of 0 or more, or {n} torques",
-            found=str(budget_values.tolist()),
-            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
-        )
-    allowed = budget_values * peak_torque if budget_values.ndim == 0 else budget_values
-    floor = allowed / (n + 2)
+    torque, explained = dataset.torque.values, float(dataset.attrs["torque_round_off"])
+    peak_torque = peak_magnitude(torque, explained)
+    # Without any torque to give, what elements make is round-off.
+    no_torque = 0.0 if peak_torque.any() else round_off_of(torque, explained)
+    allowed = _allowed_torque(budget, peak_torque)
     all_elements = elements(n, christoffel=christoffel)
     drive_inertia = np.asarray(dataset.attrs["drive_inertia"])
-    drive = np.array([drive_inertia[element.i] * element.is_diagonal for element in all_elements])
     if extremes is None:
         extremes = Extremes(n, all_elements, drive_inertia)
         for chunk in chunks(dataset.sizes["time"]):
             extremes.add({name: x.values for name, x in dataset[extremes.read].isel(time=chunk).items()})
-    peaks = extremes.peaks
-    # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
-    # the quantity's largest element.
-    largest = np.array([extremes.largest[element.quantity] for element in all_elements])
-    noise = 64 * np.finfo(float).eps * largest
-    is_there: Array = peaks[:, :2] > noise[:, None]
-    rms = np.sqrt(extremes.squares / extremes.count)
-    part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
-    # The links' element is the sum of both parts, or the only one there is.
-    links = np.arange(len(all_elements)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
-    exists, has_drive = np.asarray(is_there.any(axis=1)), drive > 0.0
-    peak, acts = peaks[links] * exists, extremes.torques[..., 0] >= 0.0
-    # Without any torque to give, what elements make is round-off.
-    no_torque = 0.0 if peak_torque.any() else round_off
-    makes_torque = acts[..., None] & (extremes.torques > no_torque)
-    curve_torques = np.where(makes_torque, extremes.torques, 0.0).swapaxes(1, 2)
-    torques = curve_torques[links] * exists[:, None]
-    with_drive = np.where(exists[:, None], curve_torques[:, 4], curve_torques[:, 3])
-    whole = np.where(has_drive[:, None], with_drive, torques)
-    of_parts = curve_torques[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
-    shares = ratio(torques, peak_torque)
-    joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
-    shares, change_without = shares[joint], ratio(part_peak, peak[:, None])
-    which = [peak == 0.0, change_without[:, 1] <= threshold, change_without[:, 0] <= threshold]
-    dominant = np.select(which, ["zero", "translation", "rotation"], "both")
-    is_small, are_links_small = ((torque <= floor).all(axis=1) for torque in (whole, torques))
-    which = [~exists & ~has_drive, is_small, are_links_small]
-    columns = {
-        "quantity": np.array([element.quantity for element in all_elements]),
-        "i": np.array([element.i + 1 for element in all_elements]),
-        "j": np.array([0 if element.j is None else element.j + 1 for element in all_elements]),
-        "k": np.array([0 if element.k is None else element.k + 1 for element in all_elements]),
-        "peak": peak,
-        "rms": rms[links] * exists,
-        "part_peak": part_peak,
-        "part_rms": part_rms,
-        "part_share": ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
-        "change_without": change_without,
-        "torque_peak": torques[joint],
-        "torque_joint": joint[1] + 1,
-        "torque_share": shares,
-        "drive": drive,
-        "drive_torque_peak": of_parts[:, 2].max(axis=1),
-        "drive_torque_share": ratio(of_parts[:, 2], peak_torque).max(axis=1),
-        "consequence": ratio(whole, allowed).max(axis=1),
-        "part_consequence": ratio(of_parts, allowed).max(axis=2),
-        "dominant": dominant,
-        "verdict": np.select(which, ["zero", "negligible", "drive"], dominant),
-    }
+    drive = np.array([drive_inertia[element.i] * element.is_diagonal for element in all_elements])
+    limits = _RankingLimits(threshold, peak_torque, allowed, no_torque)
+    columns = _names(all_elements) | _measures(extremes, all_elements, drive, limits)
     # An infinite share, at a joint where all torques cancel, ranks like the whole of a joint's torque.
+    shares = columns["torque_share"]
     most = shares[np.isfinite(shares)].max(initial=1.0)
     order = np.argsort(-np.minimum(shares, most), kind="stable")
     columns = {key: values[order] for key, values in columns.items()}
@@ -245,13 +190,109 @@ def rank(
         {
             "threshold": float(threshold),
             "allowed": allowed.tolist(),
-            "floor": floor.tolist(),
+            "floor": limits.floor.tolist(),
             "no_torque": no_torque,
             "ranked_by": "torque_share",
             "arm": dataset.attrs["arm"],
             "trajectory": dataset.attrs["trajectory"],
         },
     )
+
+
+@dataclass(frozen=True)
+class _RankingLimits:
+    """Numbers that verdicts are measured by; torques are of every joint, N m, shape (n,)."""
+
+    threshold: float  # largest change of an element, over its peak, without a part that does not count
+    peak_torque: FloatArray
+    allowed: FloatArray  # torque error
+    no_torque: float  # torque up to which what elements make is round-off, N m
+
+    @property
+    def floor(self) -> FloatArray:
+        """Torque up to which an element is negligible: joint i's row has n of D, one of h and one of c."""
+        return self.allowed / (len(self.allowed) + 2)
+
+
+def _allowed_torque(budget: float | FloatArray, peak_torque: FloatArray) -> FloatArray:
+    """Torque error allowed at every joint, (n,); UsageError unless the budget is a share or n torques."""
+    values, n = array_of(budget, "budget", UsageError), len(peak_torque)
+    if values.shape not in ((), (n,)) or not (values >= 0.0).all():
+        raise UsageError(
+            "this is not a budget",
+            where="budget",
+            expected=f"a share of 0 or more, or {n} torques",
+            found=str(values.tolist()),
+            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
+        )
+    return values * peak_torque if values.ndim == 0 else values
+
+
+def _names(all_elements: Sequence[Element]) -> dict[str, Array]:
+    """Quantity and joints of every element; 0 where it has no such index."""
+    return {
+        "quantity": np.array([element.quantity for element in all_elements]),
+        "i": np.array([element.i + 1 for element in all_elements]),
+        "j": np.array([0 if element.j is None else element.j + 1 for element in all_elements]),
+        "k": np.array([0 if element.k is None else element.k + 1 for element in all_elements]),
+    }
+
+
+def _measures(
+    extremes: Extremes, all_elements: Sequence[Element], drive: FloatArray, limits: _RankingLimits
+) -> dict[str, Array]:
+    """Sizes, torques and verdicts of every element, in the columns of `rank`."""
+    peaks = extremes.peaks
+    # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
+    # the quantity's largest element.
+    largest = np.array([extremes.largest[element.quantity] for element in all_elements])
+    noise = 64 * np.finfo(float).eps * largest
+    is_there: Array = peaks[:, :2] > noise[:, None]
+    rms = np.sqrt(extremes.squares / extremes.count)
+    part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
+    # The links' element is the sum of both parts, or the only one there is.
+    links = np.arange(len(all_elements)), np.where(is_there.all(axis=1), 2, is_there.argmax(axis=1))
+    exists, has_drive = np.asarray(is_there.any(axis=1)), drive > 0.0
+    peak, acts = peaks[links] * exists, extremes.torques[..., 0] >= 0.0
+    makes_torque = acts[..., None] & (extremes.torques > limits.no_torque)
+    curve_torques = np.where(makes_torque, extremes.torques, 0.0).swapaxes(1, 2)
+    torques = curve_torques[links] * exists[:, None]
+    with_drive = np.where(exists[:, None], curve_torques[:, 4], curve_torques[:, 3])
+    whole = np.where(has_drive[:, None], with_drive, torques)
+    of_parts = curve_torques[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
+    shares = ratio(torques, limits.peak_torque)
+    joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
+    change_without = ratio(part_peak, peak[:, None])
+    is_without_rotation, is_without_translation = (
+        change_without[:, part] <= limits.threshold for part in (1, 0)
+    )
+    dominant = np.select(
+        [peak == 0.0, is_without_rotation, is_without_translation],
+        ["zero", "translation", "rotation"],
+        "both",
+    )
+    is_small, are_links_small = ((torque <= limits.floor).all(axis=1) for torque in (whole, torques))
+    verdict = np.select(
+        [~exists & ~has_drive, is_small, are_links_small], ["zero", "negligible", "drive"], dominant
+    )
+    return {
+        "peak": peak,
+        "rms": rms[links] * exists,
+        "part_peak": part_peak,
+        "part_rms": part_rms,
+        "part_share": ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
+        "change_without": change_without,
+        "torque_peak": torques[joint],
+        "torque_joint": joint[1] + 1,
+        "torque_share": shares[joint],
+        "drive": drive,
+        "drive_torque_peak": of_parts[:, 2].max(axis=1),
+        "drive_torque_share": ratio(of_parts[:, 2], limits.peak_torque).max(axis=1),
+        "consequence": ratio(whole, limits.allowed).max(axis=1),
+        "part_consequence": ratio(of_parts, limits.allowed).max(axis=2),
+        "dominant": dominant,
+        "verdict": verdict,
+    }
 
 
 class Extremes:

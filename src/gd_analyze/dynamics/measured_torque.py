@@ -29,7 +29,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import amount, html_of, number, percent
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 Verdict = Literal[
     "follows",
@@ -157,7 +157,7 @@ class TorqueComparison:
         return html_of(repr(self), headings, rows, "Measured torque compared with the exact model's.")
 
 
-@on_one_thread
+@one_thread()
 def compare_torque(
     arm: RobotArm | str | Path, trajectory: Trajectory | str | Path, *, drives: bool | None = None
 ) -> TorqueComparison:

@@ -24,7 +24,7 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Link, LinkUncertainty, second_moment
 from gd_analyze.robots.uncertainty import exactly_known, with_uncertainty
 from gd_analyze.schema import table
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ _BLOCK = 255
 _PATIENCE = 100
 
 
-@on_one_thread
+@one_thread()
 def robustness(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions,

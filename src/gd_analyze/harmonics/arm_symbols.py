@@ -100,16 +100,16 @@ class ArmSymbols:
         """All symbols, angles last."""
         return (*self.lengths_and_masses, *(angle for angle in self.angles if angle is not None))
 
-    def behind(self, first: int) -> tuple[SymbolicArm, Array]:
-        """The arm from a joint on (from 0), and its variables, the first joint's at zero: (n - first, 1)."""
+    def behind(self, first: int) -> tuple[Any, Array]:
+        """A `SymbolicArm` from a joint on (from 0), and variables, the first at zero: (n - first, 1)."""
         joints = self._joints[first:]
         joints[0] = SimpleNamespace(placement=Placement(), axis=joints[0].axis)
         q: list[Any] = [_Zero(), *(self._variable(j) for j in range(first + 1, self.arm.n_joints))]
         arm = SymbolicArm(joints, self._links[first:], self.arm.is_revolute[first:])
         return arm, np.array([[variable] for variable in q], dtype=object)
 
-    def whole(self) -> tuple[SymbolicArm, Array]:
-        """The whole arm on its base, and its variables, shape (n, 1)."""
+    def whole(self) -> tuple[Any, Array]:
+        """The whole `SymbolicArm` on its base, and its variables, shape (n, 1)."""
         q = [[self._variable(j)] for j in range(self.arm.n_joints)]
         return SymbolicArm(self._joints, self._links, self.arm.is_revolute), np.array(q, dtype=object)
 

@@ -206,7 +206,7 @@ class _Source:
         first, last = sorted((i, j))
         if first not in self._rows:
             arm, q = self.symbols.behind(first)
-            moments = composite.composite_moments(arm, solve_kinematics(arm, q))  # type: ignore[arg-type]
+            moments = composite.composite_moments(arm, solve_kinematics(arm, q))
             self._rows[first] = composite.inertia(moments)[:, 0, :, 0]
         translation, rotation = self._rows[first][:, last - first]
         return _number(translation), _number(rotation)
@@ -214,7 +214,7 @@ class _Source:
     @cached_property
     def _potential(self) -> SymbolicNumber:
         arm, q = self.symbols.whole()
-        positions = solve_kinematics(arm, q).com_positions  # type: ignore[arg-type]
+        positions = solve_kinematics(arm, q).com_positions
         return _number(-np.einsum("s,a,san->n", arm.mass, self.symbols.gravity, positions)[0])
 
     def _derivative(self, number: SymbolicNumber, joint: int) -> SymbolicNumber:

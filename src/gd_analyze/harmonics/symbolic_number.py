@@ -56,8 +56,6 @@ class SymbolicNumber:
             return self.terms == ({0: other} if other else {})
         return self.terms == other.terms if isinstance(other, SymbolicNumber) else NotImplemented
 
-    __hash__ = None  # type: ignore[assignment]
-
     def __neg__(self) -> SymbolicNumber:
         return SymbolicNumber({key: -value for key, value in self.terms.items()})
 

@@ -28,7 +28,7 @@ from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricP
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import joined
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Largest table of a row of D on a grid. Ten general revolute joints take 0.3 GB and 120 s, eleven 1.7 GB.
 MOST_BYTES = 1e9
@@ -123,7 +123,7 @@ def inertia_slopes(
     return [sign * inertia[min(a, b), max(a, b)].derivative(by) for sign, a, b, by in slopes]
 
 
-@on_one_thread
+@one_thread()
 def harmonics_of(arm: RobotArm | str | Path) -> Harmonics:
     """Find the exact form of D by effect and of the potential energy.
 

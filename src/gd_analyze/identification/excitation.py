@@ -29,7 +29,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST, number
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
 # readings, leave an error of ten times a parameter's plausible size.
@@ -82,7 +82,7 @@ class Workspace:
             )
 
 
-@on_one_thread
+@one_thread()
 def exciting_motion(
     arm: RobotArm | str | Path,
     duration: float,

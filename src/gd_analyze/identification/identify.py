@@ -39,7 +39,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import named_joints, percent, with_error
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Share at the end of every log that is predicted, not fitted, if no log is held out.
 HELD_OUT = 1.0 / 3.0
@@ -52,7 +52,7 @@ _PAUSE = 0.05
 _NOTHING, _ROUGHLY, _CLEARLY = 0.5, 0.25, 1.1
 
 
-@on_one_thread
+@one_thread()
 def identify(
     arm: RobotArm | str | Path,
     logs: GivenMotions,

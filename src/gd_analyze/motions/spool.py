@@ -36,7 +36,7 @@ class Spool:
         self._parts.append(rows)
         if self._file is None and self._rows * self._width > _MOST:
             # The mapping outlives the open file.
-            self._file = tempfile.TemporaryFile()  # noqa: SIM115 - stays open between blocks, so no `with` fits
+            self._file = tempfile.TemporaryFile()  # noqa: SIM115  open from block to block
         if self._file is not None:
             for part in self._parts:
                 np.ascontiguousarray(part).tofile(self._file)

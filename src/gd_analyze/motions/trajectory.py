@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 # A separate line where the motion between the set points above and below is unknown.
 GAP = "# gap"
 
+# Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
+_TO_DERIVE: Any = None
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
 
 
@@ -116,9 +118,8 @@ class Trajectory:
 
     time: FloatArray
     q: FloatArray
-    # Never None in a trajectory that exists
-    qd: FloatArray = None  # type: ignore[assignment]
-    qdd: FloatArray = None  # type: ignore[assignment]
+    qd: FloatArray = _TO_DERIVE
+    qdd: FloatArray = _TO_DERIVE
     name: str = "trajectory"
     origin: str = ""
     derivatives_from: str = "given"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _SHOWN = 12
 
 
-@xr.register_dataset_accessor("gd")  # type: ignore[no-untyped-call]
+@xr.register_dataset_accessor("gd")  # type: ignore[no-untyped-call]  # xarray states no types
 class DatasetAccessor:
     """What a dataset of `decompose` or `rank` says, as `dataset.gd`."""
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import CHUNK, Array, chunks
 from gd_analyze.dynamics.decomposition import on_demand
 from gd_analyze.errors import Location, StoreError
-from gd_analyze.schema import GROUPS, require_numbers, validate
+from gd_analyze.schema import GROUPS, dataset_of, require_numbers, validate
 
 if TYPE_CHECKING:
     import h5py
@@ -139,8 +139,6 @@ def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: 
     Beyond `most_rows` set points, variables with more than one number per joint, and those of the group
     every_set_point, are read on access and keep the file open until then.
     """
-    import xarray as xr
-
     group, declared = _member(file, name), GROUPS[name]
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {}
@@ -159,9 +157,7 @@ def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: 
             (variables if key in declared else coordinates)[key] = (dims, values, attributes)
     attributes = read_attributes(group)
     attributes.pop(_COORDINATES, None)
-    import gd_analyze.results.accessor  # noqa: F401  registers the accessor `gd` of datasets
-
-    table = xr.Dataset(variables, coordinates, attributes)
+    table = dataset_of(variables, coordinates, attributes)
     validate(table, name, revolute)
     return table
 

@@ -48,7 +48,7 @@ from gd_analyze.simplification.effort import ROUGH, Effort, Task, kept_program, 
 from gd_analyze.simplification.functions import Functions, functions_of
 from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -204,7 +204,7 @@ def require_exact(value: object) -> None:
     )
 
 
-@on_one_thread
+@one_thread()
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
     """Standard uncertainty of the torque due to those stated for the arm's parameters, N m (N), shape (N, n).
 

@@ -18,7 +18,7 @@ from gd_analyze.simplification.exact import ExactDynamics, require_exact
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.text import html_of, percent
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Number of terms shown in a notebook.
 _MOST_SHOWN = 12
@@ -72,7 +72,7 @@ class TermRanking:
         return len(self.terms) + self.unlisted
 
 
-@on_one_thread
+@one_thread()
 def rank_terms(
     exact: ExactDynamics, level: CandidateLevel = TERM, *, also: Sequence[Terms] = ()
 ) -> TermRanking:

@@ -16,7 +16,7 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # Level and refit: every level of single terms, with a refit and without.
 LevelAndRefit = tuple[Level, bool]
@@ -50,7 +50,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[LevelAndRefit, tuple[TradeOf
     return {kind: tuple(p for p in ordered if (p.level, p.refit) == kind) for kind in kinds}
 
 
-@on_one_thread
+@one_thread()
 def trade_off(
     exact: ExactDynamics,
     budget: Budget | str | None = None,

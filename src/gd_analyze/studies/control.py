@@ -30,7 +30,7 @@ from gd_analyze.studies.control_bounds import CertifiedTracking, FeedbackLeft
 from gd_analyze.studies.control_law import CONTROLLERS, Controller, ControlSettings, Reference, World
 from gd_analyze.studies.control_loop import Loop, TrackedLoop, follow
 from gd_analyze.text import amount, html_of
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 # The polynomials' accelerations agree with the given ones if they are at most this many times as large.
 _LARGER = 3.0
@@ -167,7 +167,7 @@ class ControlStudy:
         return float(speeds[beyond - 1] * low ** (-1.0 / power))
 
 
-@on_one_thread
+@one_thread()
 def control(
     model: SimplifiedModel,
     trajectory: Trajectory | str,

@@ -30,7 +30,7 @@ from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_torque import ModelTorque, model_torque, require_arm
 from gd_analyze.studies.box_exits import BoxExit, box_exits, outside_of
 from gd_analyze.text import amount, html_of, joint_name, percent
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -240,7 +240,7 @@ class Evaluation:
         return html_of(repr(self), [*headings, "as promised", "passes"], rows)
 
 
-@on_one_thread
+@one_thread()
 def evaluate(
     model: SimplifiedModel,
     given: States | GivenMotions | xr.Dataset,

@@ -63,7 +63,7 @@ from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdict
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, stops_table, wider_stop
 from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.study_files import write_findings
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -196,7 +196,7 @@ class _Silent:
     def ranked(self, ranking: xr.Dataset, budget: str) -> None: ...
 
 
-@on_one_thread
+@one_thread()
 def analyze(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions,
@@ -267,7 +267,7 @@ def analyze(
     return findings
 
 
-@on_one_thread
+@one_thread()
 def find(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions,

@@ -30,13 +30,13 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, require_no_budget
 from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-@on_one_thread
+@one_thread()
 def simplify(
     arm: RobotArm | str | Path,
     states: States | GivenMotions | xr.Dataset | None = None,

@@ -32,7 +32,7 @@ from gd_analyze.simplification.search import quick_count
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.many import each
 from gd_analyze.text import LARGEST, UNSIGNED
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,7 +77,7 @@ class Range(NamedTuple):
         return parsed
 
 
-@on_one_thread
+@one_thread()
 def sweep(
     arm: RobotArm | str | Path,
     trajectory: GivenMotions,

@@ -35,7 +35,7 @@ from gd_analyze.studies.control_law import (
     Tolerance,
 )
 from gd_analyze.text import UNSIGNED, number, rounded_up
-from gd_analyze.threads import on_one_thread
+from gd_analyze.threads import one_thread
 from gd_analyze.units import Quantity
 
 _WORDS = re.compile(
@@ -195,7 +195,7 @@ class Tracked(NamedTuple):
         return replace(result, headline=f"{result.headline} {line}", facts=(*result.facts, *facts))
 
 
-@on_one_thread
+@one_thread()
 def tracking_budget(
     arm: RobotArm | str | Path, trajectory: Trajectory | str, text: str, *, drives: bool | None = None
 ) -> Budget:
