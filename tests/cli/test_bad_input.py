@@ -247,6 +247,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "export m.json --to c --what decomposition": ("--what decomposition", "in place of the model"),
     "export two_link --to c --what decomposition --drives": ("omit --drives",),
     "export two_link --to c,latex --what decomposition": ("latex", "gd-analyze equations"),
+    "export two_link --to c,latex --what regressor": ("LaTeX", "regressor"),
     # Outputs
     "two_link x.csv --out x.csv/results": ("x.csv is not a folder",),
     "two_link x.csv --out /proc/results": (

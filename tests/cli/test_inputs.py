@@ -306,6 +306,8 @@ def test_equations_in_symbols(run, here):
     assert len(page) == len(told["equations"]) + len(told["symbols"])
     assert run(f"{words} --format sympy -o scara.py").words.endswith("wrote scara.py")
     assert (here / "scara.py").read_text(encoding="utf-8") == run(f"{words} --format sympy").out
+    run(f"{words} -o by_its_ending.py")
+    assert (here / "by_its_ending.py").read_bytes() == (here / "scara.py").read_bytes()
 
 
 @pytest.mark.parametrize("name", ["puma560", "stanford", "two_link"])

@@ -9,7 +9,7 @@ from matplotlib import pyplot
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.axes import Plots
 
-NAMES = [name for name in vars(Plots) if not name.startswith("_") and name != "run"]
+NAMES = [name for name in dir(Plots) if not name.startswith("_") and name != "run"]
 
 
 @pytest.fixture(autouse=True)

@@ -12,6 +12,9 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
 
+# Forms by the ending of the file that they are written into.
+_FORMS = {".tex": "latex", ".mml": "mathml", ".py": "sympy"}
+
 
 @click.command(short_help="Print the exact equations of motion.")
 @robot_given
@@ -27,8 +30,8 @@ from gd_analyze.files import write_text
     "--format",
     "form",
     type=click.Choice(["text", "latex", "mathml", "sympy"]),
-    default="text",
-    help="How to write them: sympy is a Python script, the others give an equation per element.",
+    help="How to write them: sympy is a Python script, the others give an equation per element.  "
+    "[default: by the ending of --out, .tex, .mml or .py; else text]",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
 @click.option(
@@ -50,7 +53,7 @@ def equations(
     robot: GivenRobot,
     elements: tuple[str, ...],
     min_share: float,
-    form: str,
+    form: str | None,
     terms: bool,
     parameters: bool,
     symbolic: bool,
@@ -70,6 +73,7 @@ def equations(
       gd-analyze equations puma560 --parameters
       gd-analyze equations scara --symbolic --format sympy -o scara.py
     """
+    form = form or _FORMS.get(out.suffix if out is not None else "", "text")
     if symbolic:
         if parameters or terms or min_share > 0:
             raise click.UsageError("--symbolic writes every term: omit --parameters, --terms, --min-share")

@@ -19,6 +19,8 @@ from gd_analyze.simplification.exact import ExactForm
 # Significant digits of coefficients, and characters of plain text per line of a page.
 _DIGITS = 6
 _WIDTH = 68
+# Functions whose equations the document has.
+_TYPESET = ("torque", "inertia", "coriolis_centrifugal", "gravity_loading")
 
 _SIGNS = {
     **{sign: rf"\{sign}" for sign in "#$%&_{}"},
@@ -49,6 +51,14 @@ class Latex(Language):
                 expected=", ".join(name for name in LANGUAGES if name != "latex"),
                 found="latex",
                 next_step="print its equations with `gd-analyze equations ROBOT --format latex`",
+            )
+        if further := [function.name for function in subject.functions if function.name not in _TYPESET]:
+            raise UsageError(
+                "LaTeX has the equations of the torque alone",
+                where="what",
+                expected=", ".join(_TYPESET),
+                found=", ".join(further),
+                next_step="export to LaTeX by itself, and these to another language",
             )
         printer = Printer(_DIGITS)
         formulas, legend = _equations(subject)

@@ -28,7 +28,7 @@ _LEGEND = 16.0
 _FOOT = 8.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ElementPlots:
     """Figures of the elements of a decomposition.
 
@@ -39,9 +39,8 @@ class ElementPlots:
     run: Elements
 
     def __repr__(self) -> str:
-        names = dict.fromkeys(name for each in type(self).__mro__ for name in vars(each))
-        shown = (f"{name}()" for name in names if not name.startswith("_") and name != "run")
-        return f"{type(self).__name__}: {', '.join(shown)}"
+        methods = (f"{name}()" for name in dir(self) if not name.startswith("_") and name != "run")
+        return f"{type(self).__name__}: {', '.join(methods)}"
 
     def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
         """Elements of D by effect.
@@ -81,7 +80,7 @@ class ElementPlots:
         return Look(**fields)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plots(ElementPlots):
     """Figures of one run.
 
