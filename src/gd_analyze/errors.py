@@ -128,16 +128,20 @@ class GdAnalyzeWarning(UserWarning):
         super().__init__(visible(text))
 
 
-class TorqueLimitWarning(GdAnalyzeWarning):
-    """A motion takes more torque than the arm's drives give; it is shown before all others."""
+class LeadingWarning(GdAnalyzeWarning):
+    """Inputs are probably wrong, so that nothing else means much; it is shown before all others."""
+
+
+class TorqueLimitWarning(LeadingWarning):
+    """A motion takes more torque than the arm's drives give."""
 
 
 def warnings_said(caught: Iterable[warnings.WarningMessage], before: Iterable[str] = ()) -> list[str]:
-    """Texts of recorded warnings after those given before, torque limits first; others' are passed on."""
+    """Texts of recorded warnings after those given before, leading ones first; others' are passed on."""
     said = [*before]
     for item in caught:
         if issubclass(item.category, GdAnalyzeWarning):
-            said.insert(0 if item.category is TorqueLimitWarning else len(said), str(item.message))
+            said.insert(0 if issubclass(item.category, LeadingWarning) else len(said), str(item.message))
         else:  # of another library
             warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
     return said

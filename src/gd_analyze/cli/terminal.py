@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
+from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -56,9 +56,9 @@ class Warned:
         self._printed: set[str] = set()
 
     def note(self, text: str, category: type[Warning]) -> None:
-        """Note a warning, of torques above the limits before all others."""
+        """Note a warning, a leading one before all others."""
         if text not in self.texts:
-            self.texts.insert(0 if issubclass(category, TorqueLimitWarning) else len(self.texts), text)
+            self.texts.insert(0 if issubclass(category, LeadingWarning) else len(self.texts), text)
 
     def tell(self) -> None:
         """Print the warnings that were not printed yet to standard error."""

@@ -48,7 +48,7 @@ class MainReport(NamedTuple):
 
 def main_report(findings: Findings) -> MainReport:
     """Make the parts of a run's report."""
-    all_notices = (*notices(findings), *findings.warnings, *notes(findings))
+    all_notices = (*findings.warnings, *notices(findings), *notes(findings))
     opening = Result(
         title=findings.arm.title or findings.arm.name,
         subtitle=subtitle(findings),

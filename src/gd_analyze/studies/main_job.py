@@ -29,7 +29,7 @@ from gd_analyze.dynamics.measured_torque import compared, require_torques
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError, warnings_said
+from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning, TrajectoryError, UsageError, warnings_said
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.limits import check_against_arm
@@ -450,7 +450,7 @@ def _evaluated(job: _Job) -> _Evaluation:
         if not is_described(measured_torque):
             diagnosis, answer = _diagnosis(arm, motion)
             text = torque_warning(measured_torque, arm, diagnosis, answer)
-            warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+            warnings.warn(text, LeadingWarning, stacklevel=2)
     return _Evaluation(
         dataset, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form), long
     )
