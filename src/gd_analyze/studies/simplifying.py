@@ -73,7 +73,7 @@ def simplify(
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
-        founding text's method, which keeps no budget but states its error. "fast": the shortest torque
+        method of [FGL87], which keeps no budget but states its error. "fast": the shortest torque
         program that a search finds; it needs Numba.
     refit
         Change kept coefficients to compensate for dropped ones.
@@ -100,7 +100,7 @@ def simplify(
         A box, or a tube around a motion, in which the budget holds; shares of peak torque are of that at the
         states.
     verdicts
-        Level element: "own", the verdicts over the states, or "text", those of the founding text.
+        Level element: "own", the verdicts over the states, or "text", those of [FGL87].
 
     Returns
     -------
