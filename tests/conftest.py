@@ -22,7 +22,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.simplifying import simplify
 from recordings import CUTOFF, recorded
 from strategies import PROFILE

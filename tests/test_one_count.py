@@ -18,7 +18,8 @@ from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.studies.comparison import comparison
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 
 
 @pytest.fixture(scope="module")

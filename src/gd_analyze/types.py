@@ -22,7 +22,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control import ControlStudy
 from gd_analyze.studies.control_law import ControlSettings, Tolerance
 from gd_analyze.studies.evaluation import Evaluation
-from gd_analyze.studies.main_job import Settings
+from gd_analyze.studies.settings import Settings
 
 __all__ = [
     "LEVELS",

@@ -18,9 +18,9 @@ from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.run_result import run_headline
-from gd_analyze.studies import long_motion, main_job
-from gd_analyze.studies.long_motion import LongMotion
 from gd_analyze.studies.main_job import find
+from gd_analyze.studies.steps import collect, read, set_points
+from gd_analyze.studies.steps.set_points import LongMotion
 
 LONG = MOST_KEPT + CHUNK + 17
 SETTINGS = gd.types.Settings(level="element", budget="20%")
@@ -79,7 +79,7 @@ def test_any_part_can_be_read_and_nothing_long_is_kept(two_link, long_swing):
 def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     two_link, long_swing, long_findings, monkeypatch
 ):
-    for module in (decomposition, main_job, run):
+    for module in (decomposition, read, set_points, collect, run):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
     kept = find(two_link, long_swing, SETTINGS)
     assert kept.trajectory.n_set_points == LONG
@@ -102,13 +102,14 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
 ):
     """Of two set points and nothing else the first model breaks its budget elsewhere."""
     searches = []
-    monkeypatch.setattr(long_motion, "_SEARCHED", 2)
+    monkeypatch.setattr(set_points, "_SEARCHED", 2)
     of = LongMotion.of
 
     def blind(*given):
         found = of(*given)
         peaks = np.abs(gd.decompose(two_link, long_swing).torque.values).argmax(axis=0)
-        return dataclasses.replace(found, searched=np.unique([0, *peaks, LONG - 1]))
+        few = long_swing.at(np.unique([0, *peaks, LONG - 1]))
+        return dataclasses.replace(found, dataset=gd.decompose(two_link, few, christoffel=False))
 
     monkeypatch.setattr(LongMotion, "of", blind)
     stated = LongMotion.stated
@@ -173,7 +174,7 @@ def test_what_is_stored_of_a_long_motion_can_be_chosen(two_link, long_swing, mon
     assert {"christoffel", "inertia"} <= {*every.tables["every_set_point"]}
     some = find(two_link, long_swing, gd.types.Settings(level="element", every_set_point=False))
     assert "every_set_point" not in some.tables
-    monkeypatch.setattr(main_job, "MOST_STORED", LONG - 1)
+    monkeypatch.setattr(set_points, "MOST_STORED", LONG - 1)
     assert "every_set_point" not in find(two_link, long_swing, gd.types.Settings(level="element")).tables
 
 

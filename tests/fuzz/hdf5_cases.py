@@ -26,7 +26,8 @@ from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.store import SEAL_LENGTH, require_sealed, save_results, seal
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 from recordings import with_torques
 
 # Numbers that a dataset says it has, and that no memory holds.

@@ -18,7 +18,8 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 from recordings import Motion, swung
 
 

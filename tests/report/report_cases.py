@@ -9,7 +9,8 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, JointKind, Link, Placement
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 from strategies import random_inertia
 
 HOSTILE = '#strong[x] $x^2$ "quoted" <script>alert(1)</script> *b* = @ref \\n'

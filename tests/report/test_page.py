@@ -23,7 +23,8 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import is_unreadable, run_result
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 EDGES = {

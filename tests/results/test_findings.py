@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,9 @@ from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.studies.main_job import Settings, analyze, default_folder, find
+from gd_analyze.studies.main_job import analyze, find
+from gd_analyze.studies.settings import Settings, default_folder
+from recordings import with_torques
 from strategies import names_in
 
 
@@ -99,7 +103,7 @@ def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
 def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
     skip_searches(monkeypatch)
     skip_proofs(monkeypatch)
-    monkeypatch.setattr("gd_analyze.studies.main_job._efforts", lambda *_: None)
+    monkeypatch.setattr("gd_analyze.studies.steps.simplify._efforts", lambda *_: None)
     with without_cache():
         found = find(two_link, swing, Settings(level="fast", budget="60%"))
     tube, model = found.tables["tube"], found.model
@@ -188,3 +192,34 @@ def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):
     assert not model.saves
     assert f"{model.operations_full.total} operations" in headline(model)
     assert run_result(swing_findings).document()["proven_error"] == 0.0
+
+
+class Told:
+    """Notes stages and warnings in the order in which the main job tells them."""
+
+    def __init__(self) -> None:
+        self.events: list[str] = []
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        self.events.append(label)
+
+    def advance(self, steps: int) -> None:
+        pass
+
+    def ranked(self, ranking: object, budget: str) -> None:
+        self.events.append("ranked")
+
+    def warn(self, texts: Sequence[str]) -> None:
+        self.events += texts
+
+
+def test_warnings_are_told_when_their_step_ends(two_link, swing) -> None:
+    """That log and file contradict each other is told before models are searched."""
+    torque = gd.decompose(two_link, swing).torque.values
+    told = Told()
+    found = find(two_link, with_torques(swing, -torque), Settings(level="element"), progress=told)
+    (contradiction,) = [text for text in found.warnings if "contradict" in text]
+    assert found.warnings[0] == contradiction
+    assert told.events.index(contradiction) < told.events.index("ranked")
+    assert told.events.index("ranked") < told.events.index("trying other budgets")
+    assert told.events.count(contradiction) == 1

@@ -11,7 +11,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics import decomposition
 from gd_analyze.results.motion_result import strict_notice, verdict_rows
 from gd_analyze.results.run_result import run_headline, run_result, subtitle
-from gd_analyze.studies.main_job import default_folder
+from gd_analyze.studies.settings import default_folder
 from gd_analyze.studies.study_files import write_findings
 from recordings import swung
 

@@ -75,7 +75,9 @@ def analyze(
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
     with output.working() as stage:
-        from gd_analyze.studies.main_job import Settings, default_folder, find, source_of
+        from gd_analyze.studies.main_job import find
+        from gd_analyze.studies.settings import Settings, default_folder
+        from gd_analyze.studies.steps.read import source_of
         from gd_analyze.studies.study_files import write_findings
 
         run_settings = Settings(**settings)

@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -44,11 +44,12 @@ def tell(kind: str, text: str) -> None:
         indent = "    " if len(texts) > 1 else "  "
         texts = [piece for line in texts for piece in wrapped(line, _terminal_width(), indent)]
     styled = click.style(kind, fg=named, bold=True)
-    click.echo(styled + "\n".join(texts).removeprefix(kind), err=True, color=colour())
+    # Not err=True, which would write past a moving progress display.
+    click.echo(styled + "\n".join(texts).removeprefix(kind), file=sys.stderr, color=colour())
 
 
 class Warned:
-    """The library's warnings, once each, as a verb's work goes on; long work tells them before its end."""
+    """The library's warnings, once each, each told when the stage of the work that gave it ends."""
 
     def __init__(self, quiet: bool, texts: list[str]) -> None:
         self.texts = texts
@@ -92,8 +93,7 @@ def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[Warned]:
 class StageLines:
     """Tells the stages of long work in plain lines on standard error; short work stays silent."""
 
-    def __init__(self, warned: Warned) -> None:
-        self._warned = warned
+    def __init__(self) -> None:
         self._begin = time.monotonic()
         self._label, self._printed, self._printed_at = "", "", 0.0
         self._lock = threading.Lock()
@@ -110,7 +110,6 @@ class StageLines:
             is_new = self._label != self._printed or seconds - self._printed_at >= AGAIN
             if seconds >= SHORT and is_new:
                 self._printed, self._printed_at = self._label, seconds
-                self._warned.tell()
                 click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
 
     def end(self) -> None:
@@ -129,12 +128,13 @@ class Stages:
         self._warned = warned
 
     def __call__(self, label: str, total: int | None = None) -> None:
-        """Begin a stage of `total` steps, or of an unknown number."""
+        """Begin a stage of `total` steps, or of an unknown number, and print the warnings of the last one."""
+        if self._warned:
+            self._warned.tell()
         if self._lines:
             self._lines.tell(label)
         if self._shown:
             display, task = self._shown
-            display.warnings_above = "".join(f"warning: {text}\n" for text in self._texts())
             display.reset(task, description=visible(label), total=total)
 
     def advance(self, steps: int) -> None:
@@ -143,8 +143,12 @@ class Stages:
             display, task = self._shown
             display.advance(task, steps)
 
-    def _texts(self) -> list[str]:
-        return [] if self._warned is None else self._warned.texts
+    def warn(self, texts: Sequence[str]) -> None:
+        """Print the warnings of a step that has ended."""
+        if self._warned:
+            for text in texts:
+                self._warned.note(text, GdAnalyzeWarning)
+            self._warned.tell()
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Show the verdict lists above the progress; the result repeats them for the model's own budget."""
@@ -160,17 +164,14 @@ class Stages:
 
 @contextmanager
 def stages(quiet: bool, warned: Warned) -> Iterator[Stages]:
-    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines.
-
-    The warnings so far stand above a moving stage, and before the first line that is told.
-    """
+    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines."""
     if quiet:
-        yield Stages()
+        yield Stages(warned=warned)
         return
     if not sys.stderr.isatty():
-        stage_lines = StageLines(warned)
+        stage_lines = StageLines()
         try:
-            yield Stages(lines=stage_lines)
+            yield Stages(lines=stage_lines, warned=warned)
         finally:
             stage_lines.end()
         return
@@ -184,12 +185,11 @@ def stages(quiet: bool, warned: Warned) -> Iterator[Stages]:
     console = Console(stderr=True)
 
     class Display(progress.Progress):
-        warnings_above = ""  # lines above all else
         text_above = ""  # lines above the progress
 
         def get_renderables(self) -> Iterator[RenderableType]:
-            if self.warnings_above or self.text_above:
-                yield Text(self.warnings_above + self.text_above)
+            if self.text_above:
+                yield Text(self.text_above)
             yield from super().get_renderables()
 
     with Display(*columns, console=console, transient=True, redirect_stdout=False) as display:

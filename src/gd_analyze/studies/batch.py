@@ -48,8 +48,9 @@ from gd_analyze.studies.batch_rows import (
     rows_in,
     settings_of,
 )
-from gd_analyze.studies.main_job import Settings, find
+from gd_analyze.studies.main_job import find
 from gd_analyze.studies.many import each
+from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.text import number_in, short_name
 

@@ -19,7 +19,7 @@ from gd_analyze.motions.formats import files_in, shipped_trajectories
 from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text
-from gd_analyze.studies.main_job import Settings
+from gd_analyze.studies.settings import Settings
 from gd_analyze.text import number_in
 from gd_analyze.units import Quantity
 

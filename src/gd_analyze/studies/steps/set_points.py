@@ -1,16 +1,27 @@
-"""A long motion block by block: set points that represent it, and models checked at every set point."""
+"""Which set points of a motion searches look at: all of them, or those that represent a long motion.
+
+Both ways answer the same questions: what is decomposed, whether models keep their budgets everywhere, and
+what tables show.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, evenly
 from gd_analyze.certification.held import Held
-from gd_analyze.dynamics.decomposition import contributions_program, decompose_states
+from gd_analyze.dynamics.decomposition import (
+    MOST_KEPT,
+    contributions_program,
+    decompose,
+    decompose_on_demand,
+    decompose_states,
+)
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.spool import blocks, gathered
@@ -18,10 +29,15 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.operations.trace import Trace
+from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.model import SimplifiedModel, exactly
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
+from gd_analyze.studies.steps.read import Inputs
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # Evenly spaced set points of a search besides the extremes.
 _SEARCHED = 400
@@ -32,32 +48,82 @@ _SHOWN = 1500
 # Rounds that add set points at which a model exceeds its budget to those of the search.
 _ROUNDS = 20
 
+# Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
+# less time than writing it.
+MOST_STORED = 2**17
+
 _KINDS = ("q", "qd", "qdd")
 # Set points, from 0, ascending.
 Points = NDArray[np.intp]
+# Searches the model by elements and the run's model, from exact dynamics at some set points.
+Search: TypeAlias = Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
+# Dynamics at the states of the last search, both models with their errors at all set points, and the set
+# points of the largest errors where searches look at some only.
+Settled: TypeAlias = tuple[ExactDynamics, SimplifiedModel, Held, Points]
+
+
+def set_points_of(inputs: Inputs, progress: Callable[[int], None]) -> KeptMotion | LongMotion:
+    """Decompose a motion: all of it, or a long one block by block."""
+    motion = inputs.trajectory
+    if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
+        return LongMotion.of(inputs, progress)
+    dataset = decompose_on_demand(inputs.arm, motion, **inputs.stored_parts, progress=progress)
+    return KeptMotion(inputs, dataset)
+
+
+@dataclass(frozen=True, eq=False)
+class KeptMotion:
+    """A motion whose every set point is decomposed, searched and shown."""
+
+    inputs: Inputs
+    dataset: xr.Dataset
+    extremes: Extremes | None = None  # of the elements; None where the dataset has them
+
+    def settled(self, exact: ExactDynamics, search: Search) -> Settled:
+        """Search once: the models keep their budgets at every set point."""
+        return exact, *search(exact), np.empty(0, dtype=np.intp)
+
+    def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
+        """State the errors of models for growing budgets."""
+        return tuple(measured(exact, model) for model in models)
+
+    def shown(self, worst: Points) -> tuple[Trajectory, xr.Dataset]:
+        """Return the motion and its decomposition for tables and figures."""
+        return self.inputs.trajectory, self.dataset
+
+    def every_set_point(self, model: SimplifiedModel) -> xr.Dataset | None:
+        """There is no further table: the others hold every set point."""
+        return None
 
 
 @dataclass(frozen=True, eq=False)
 class LongMotion:
     """A motion of more set points than are kept, and the set points that represent it.
 
-    The set points `searched` include the extremes over the whole motion of positions, velocities,
+    The set points of `dataset` include the extremes over the whole motion of positions, velocities,
     accelerations, torques, elements of D, h and c, their parts, and the torque of each.
     """
 
-    arm: RobotArm
-    drives: bool
-    motion: Trajectory
+    inputs: Inputs
+    dataset: xr.Dataset  # decomposition at the set points that searches look at
     extremes: Extremes  # of the elements, at all set points
-    searched: Points  # set points used by searches
-    shown: Points  # these and others for tables and figures
+    represented_by: Points  # these and others for tables and figures
+
+    @property
+    def arm(self) -> RobotArm:
+        """The arm."""
+        return self.inputs.arm
+
+    @property
+    def motion(self) -> Trajectory:
+        """The whole motion."""
+        return self.inputs.trajectory
 
     @classmethod
-    def of(
-        cls, arm: RobotArm, motion: Trajectory, drives: bool | None, progress: Callable[[int], None]
-    ) -> LongMotion:
+    def of(cls, inputs: Inputs, progress: Callable[[int], None]) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
-        drives = arm.counts_drives(drives)
+        arm, motion = inputs.arm, inputs.trajectory
+        drives = arm.counts_drives(inputs.settings.drives)
         drive_inertia = arm.drive_inertia if drives else np.zeros(arm.n_joints)
         extremes = Extremes(arm.n_joints, elements(arm.n_joints), drive_inertia)
         values, places = [], []
@@ -78,24 +144,19 @@ class LongMotion:
         searched = np.unique(np.concatenate([*points, extremes.reached.ravel()]))
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
         evenly_spaced = evenly(motion.n_set_points, max(_SHOWN - len(shown), 2))
-        return cls(arm, drives, motion, extremes, searched, np.union1d(shown, evenly_spaced))
+        dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
+        return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
 
     def states(self, points: Points) -> States:
         """Take some set points."""
         q, qd, qdd = (gathered(getattr(self.motion, kind), points) for kind in _KINDS)
         return States(q, qd, qdd)
 
-    def settled(
-        self, exact: ExactDynamics, search: Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
-    ) -> tuple[ExactDynamics, SimplifiedModel, Held, Points]:
-        """Search until both models keep their budgets at every set point.
-
-        Returns the dynamics at the states of the last search, the models with their errors at all set points,
-        and the places of the largest errors. Raises a GdAnalyzeError after too many rounds.
-        """
+    def settled(self, exact: ExactDynamics, search: Search) -> Settled:
+        """Search until both models keep their budgets at every set point; raise after too many rounds."""
+        torques = contributions_program(self.arm, self.arm.counts_drives(self.inputs.settings.drives))
         for _ in range(_ROUNDS):
             element_model, held_model = search(exact)
-            torques = contributions_program(self.arm, self.drives)
             (element_model, model), worst, broken = self.stated(
                 exact, (element_model, held_model.model), torques
             )
@@ -167,6 +228,22 @@ class LongMotion:
                     exactly(exact, model.level, requested.allowed, requested.budget) if breaks else model
                 )
         return tuple(result)
+
+    def shown(self, worst: Points) -> tuple[Trajectory, xr.Dataset]:
+        """Return set points for tables and figures, the worst of them included, and their decomposition."""
+        motion = self.motion.at(np.union1d(self.represented_by, worst))
+        dataset = decompose(self.arm, motion, **self.inputs.stored_parts)
+        dataset.attrs |= self.inputs.source
+        return motion, dataset
+
+    def every_set_point(self, model: SimplifiedModel) -> xr.Dataset | None:
+        """Tabulate the decomposition at every set point where it is to be stored; evaluated on access."""
+        is_stored = self.inputs.settings.every_set_point
+        if is_stored is None:
+            is_stored = self.motion.n_set_points <= MOST_STORED
+        if not is_stored:
+            return None
+        return every_set_point_table(self.arm, self.motion, model, **self.inputs.stored_parts)
 
 
 def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:

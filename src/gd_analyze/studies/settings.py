@@ -1,0 +1,126 @@
+"""Settings of the main job, and the folder that is named after them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD
+from gd_analyze.errors import UsageError
+from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.uncertainty import StatedUncertainty
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.level import Level
+from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.verdicts import VERDICT_SOURCES, require_no_budget
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How the main job analyses an arm along a trajectory.
+
+    Parameters
+    ----------
+    budget
+        Allowed torque error, or its text such as "1% or 10% friction". By default 1 % of peak torque or, if
+        its model has more terms than one can read, the next of `named_budgets`.
+    level, refit, operations
+        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
+    verdicts
+        At level "element", keep the dominant part of every element by verdicts over the set points ("own") or
+        by [FGL87]'s ("text"). This level is written without a search: its error is stated as its
+        budget; `budget` only says which elements are negligible.
+    at_set_points
+        Keep the budget at the set points only; by default it holds near the motion, near each of several, see
+        `simplify`. With `operations` it holds at the set points.
+    drives
+        Include drive inertia as a separate contribution; by default if the arm describes drives.
+    margin
+        How far from the motion the budget holds and errors are bounded, or its text such as
+        "1deg,1mm,qd=2%,qdd=5%", which is the default.
+    dominance
+        Share of an element's peak that leaving a part out may change, see `rank`.
+    uncertainty
+        Standard uncertainties of all links in place of those the arm states, or their text, see `robustness`.
+    fit_friction
+        Fit friction to measured torques; it does not become part of the model.
+    christoffel, by_link, terms
+        Further results of `decompose` to keep; by default h_ijk for up to `MOST_KEPT` set points.
+    every_set_point
+        Above `MOST_KEPT` set points tables hold a selection; also store D, h, c and torques at every set
+        point. By default up to `MOST_STORED`.
+
+    Raises
+    ------
+    UsageError
+        If an option is not understood or not between its limits.
+    """
+
+    budget: Budget | str | None = None
+    level: str | Level = TERM
+    refit: bool = False
+    operations: int | None = None
+    verdicts: str = "own"
+    at_set_points: bool = False
+    drives: bool | None = None
+    margin: Margin | str | None = None
+    dominance: float = DOMINANCE_THRESHOLD
+    uncertainty: StatedUncertainty | str | None = None
+    fit_friction: bool = False
+    christoffel: bool | None = None
+    by_link: bool = False
+    terms: bool = False
+    every_set_point: bool | None = None
+
+    def __post_init__(self) -> None:
+        if self.budget is not None:
+            object.__setattr__(self, "budget", Budget.of(self.budget))
+        object.__setattr__(self, "margin", Margin.of(self.margin))
+        if isinstance(self.uncertainty, str):
+            object.__setattr__(self, "uncertainty", StatedUncertainty.parse(self.uncertainty))
+        level = level_named(self.level)
+        SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
+        if self.operations is not None or self.at_set_points:
+            require_no_budget(level, f"operations {self.operations}, at_set_points {self.at_set_points}")
+        if self.verdicts not in VERDICT_SOURCES or (self.verdicts != "own" and level is not ELEMENT):
+            expected = f"{' or '.join(VERDICT_SOURCES)}, with level element"
+            found = f"{self.verdicts}, level {level}"
+            raise UsageError("these verdicts are of no use", where="verdicts", expected=expected, found=found)
+        object.__setattr__(self, "level", level)
+        if not 0.0 < self.dominance < 1.0:
+            found, expected = f"{self.dominance:g}", "a share between 0 and 1"
+            raise UsageError("this is not a share", where="dominance", expected=expected, found=found)
+
+    @property
+    def asked(self) -> Budget:
+        """The parsed budget; 1 % of peak torque if none is given."""
+        return Budget.of(self.budget)
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """All settings as JSON values."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return values | {
+            "budget": self.asked.entries,
+            "level": level_named(self.level).name,
+            "margin": str(self.margin),
+            "uncertainty": None if self.uncertainty is None else str(self.uncertainty),
+        }
+
+
+def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
+    """Default folder of the results; its name contains the options that are not defaults."""
+    words, usual = [arm.name, trajectory.name], Settings().described
+    for key, value in settings.described.items():
+        if value != usual[key]:
+            name = key.replace("_", "-")
+            text = str(settings.asked).replace("%", "pct") if key == "budget" else str(value)
+            said = f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}"
+            words.append(said if not isinstance(value, bool) else name if value else f"no-{name}")
+    return Path("reports") / "-".join(words)

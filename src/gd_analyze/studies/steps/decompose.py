@@ -1,0 +1,80 @@
+"""The second step of the main job: the exact dynamics at the set points, checked."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from gd_analyze.diagnosis.diagnose import diagnosed
+from gd_analyze.dynamics.measured_torque import compared
+from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
+from gd_analyze.errors import LeadingWarning, UsageError
+from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.diagnosis_result import diagnosis_table
+from gd_analyze.results.motion_result import is_described, torque_warning
+from gd_analyze.results.motion_tables import measured_torque_table
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
+from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class StepProgress(Protocol):
+    """Receiver of the stages of a step."""
+
+    def __call__(self, label: str, total: int | None = None) -> None:
+        """Begin a stage of `total` steps, or of an unknown number."""
+
+    def advance(self, steps: int) -> None:
+        """Note that some steps are done."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """The exact dynamics along a motion."""
+
+    points: KeptMotion | LongMotion  # the set points that searches look at, and their decomposition
+    exact: ExactDynamics  # at these set points
+    residuals: tuple[Residual, ...]  # differences from Pinocchio
+    measured_torque: xr.Dataset | None
+    diagnosis: xr.Dataset | None  # where measured torques contradict the arm
+    too_many_terms: str  # why single terms are not ranked; "" if they are
+
+
+def decompose(inputs: Inputs, progress: StepProgress) -> Dynamics:
+    """Decompose the dynamics at the set points, and check them against Pinocchio and the log's torques."""
+    arm, motion = inputs.arm, inputs.trajectory
+    progress("decomposing", motion.n_set_points)
+    points = set_points_of(inputs, progress.advance)
+    progress("checking and ranking")
+    dataset = points.dataset
+    dataset.attrs |= inputs.source
+    residuals = cross_check(arm, dataset)
+    exact = ExactDynamics.of(arm, dataset)
+    warn_without_torque(exact)
+    warn_of_torque_limits(arm, exact.states, exact.torque)
+    measured_torque = diagnosis = None
+    if motion.recording is not None and motion.recording.torque is not None:
+        comparison = compared(arm, motion, np.asarray(dataset.torque.values))
+        measured_torque = measured_torque_table(comparison, motion, fit_friction=inputs.settings.fit_friction)
+        if not is_described(measured_torque):
+            diagnosis, answer = _diagnosis(arm, motion)
+            text = torque_warning(measured_torque, arm, diagnosis, answer)
+            warnings.warn(text, LeadingWarning, stacklevel=2)
+    return Dynamics(points, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form))
+
+
+def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:
+    """Why log and arm contradict each other, and the answer; no table if nothing can be compared."""
+    try:
+        tabulated = diagnosis_table(diagnosed(arm, [motion]))
+    except UsageError as error:
+        return None, f"No diagnosis: {error.what}."
+    return tabulated, str(tabulated.attrs["answer"])

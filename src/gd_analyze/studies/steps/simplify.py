@@ -1,0 +1,231 @@
+"""The fourth step of the main job: the run's model, models of other budgets, and proven bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+from gd_analyze.certification.certificate import certify, usual_effort
+from gd_analyze.certification.held import Held, proven
+from gd_analyze.certification.holding import simplify_held
+from gd_analyze.harmonics.expansion import TooLongError
+from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget_path import budget_path, joined_path
+from gd_analyze.simplification.effort import READABLE
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.fast import FAST
+from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
+from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
+from gd_analyze.simplification.verdicts import model_by_verdicts
+from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
+from gd_analyze.studies.settings import Settings
+from gd_analyze.studies.steps.decompose import Dynamics, StepProgress
+from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.set_points import Points
+
+
+class Efforts(NamedTuple):
+    """Efforts of certificates."""
+
+    box: int  # in a box around the states
+    tube: int  # around the motion
+
+
+# Tight in a box as small as a trajectory's, and around a motion.
+_USUAL = Efforts(box=5_000, tube=100_000)
+# The same for a model not chosen by its terms: a few seconds.
+_LITTLE = Efforts(box=500, tube=2_000)
+
+# Searches the model of a budget.
+SearchAt: TypeAlias = Callable[..., Held]
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The run's model, and those of the named budgets."""
+
+    exact: ExactDynamics  # under the run's budget
+    budget: Budget
+    stops: list[Stop]
+    own_stop: Stop | None  # that of the run's budget
+    is_exact: bool  # whether the exact torque stands for a model that nobody could read
+    held: Held
+    elements: SimplifiedModel
+    worst: Points
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """The run's model, those of other budgets, and the ranking of single terms."""
+
+    exact: ExactDynamics  # under the run's budget
+    budget: Budget
+    held: Held  # the run's model
+    elements: SimplifiedModel  # the model of level element
+    stops: list[Stop]  # named budgets
+    path: tuple[SimplifiedModel, ...]  # from a tenth to ten times the budget
+    own: int  # place of the run's model on the path
+    places: list[int]  # place of every stop on the path; -1 if it is not there
+    ranking: TermRanking
+    efforts: Efforts | None  # of certificates; None if the model has too many terms
+    worst: Points  # further set points of a long motion
+
+    @property
+    def model(self) -> SimplifiedModel:
+        """The run's model."""
+        return self.held.model
+
+
+def simplify(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> Models:
+    """Search the run's model and those of other budgets, and prove a bound near the motion."""
+    search = _searched(inputs, dynamics, progress)
+    progress("trying other budgets")
+    path, own, places = _other_budgets(dynamics, search)
+    ranking = TermRanking()
+    if not dynamics.too_many_terms:
+        selections = [step.terms for step in path if step.level is TERM and not step.is_exact]
+        ranking = rank_terms(search.exact, also=selections)
+    progress("bounding errors")
+    efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
+    return Models(
+        exact=search.exact,
+        budget=search.budget,
+        held=_bounded(inputs, search, efforts),
+        elements=search.elements,
+        stops=search.stops,
+        path=path,
+        own=own,
+        places=places,
+        ranking=ranking,
+        efforts=efforts,
+        worst=search.worst,
+    )
+
+
+def _searched(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> _Search:
+    """Search the models of the named budgets, and take that of the run."""
+    settings, exact = inputs.settings, dynamics.exact
+    search_at = partial(_model_at, inputs, progress)
+    stops, budget = _stops(exact, settings, search_at)
+    own_stop = next((stop for stop in stops if stop.budget == budget), None)
+    # Without a model that can be read, the exact torque stands for it; one asked for may be long.
+    is_exact = own_stop is not None and not (
+        own_stop.is_readable or (settings.budget is not None and own_stop.saves)
+    )
+    searched = [stop.held for stop in stops if stop is own_stop and stop.held is not None]
+
+    def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
+        elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
+        elements = replace(elements, provenance=inputs.source)
+        if level_named(settings.level) is ELEMENT:
+            return elements, Held(elements)
+        if is_exact:
+            model = with_gamma(exact, exactly(exact, FAST, exact.allowed(budget), str(budget)))
+            return elements, Held(replace(model, provenance=inputs.source))
+        # The first call searches no second time.
+        return elements, searched.pop() if searched else search_at(exact, budget)
+
+    exact, elements, held, worst = dynamics.points.settled(exact.under(budget), models_at)
+    return _Search(exact, budget, stops, own_stop, is_exact, held, elements, worst)
+
+
+def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tuple[list[Stop], Budget]:
+    """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
+
+    At other levels, and with a limit on operations, there is one budget, which is searched later.
+    """
+    if level_named(settings.level) is not TERM or settings.operations is not None:
+        return [], settings.asked
+    is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
+    budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
+    stops: list[Stop] = []
+    for budget in budgets:
+        is_asked = is_given and not stops
+        # Programs of models that are not the run's are not searched for their shortest form.
+        is_own = is_asked or (not is_given and not any(stop.is_readable and stop.saves for stop in stops))
+        most_terms = math.inf if is_asked else READABLE
+        search = partial(search_at, exact, shortest=is_own, most_terms=most_terms)
+        stops.append(stop_at(exact, TERM, budget, search, most_terms))
+    readable = chosen_stop(stops)
+    if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
+        stops.append(wider)
+    return stops, asked if is_given or readable is None else readable.budget
+
+
+def _model_at(
+    inputs: Inputs,
+    progress: StepProgress,
+    exact: ExactDynamics,
+    budget: Budget,
+    *,
+    shortest: bool = True,
+    most_terms: float = math.inf,
+) -> Held:
+    """Search the model of a budget, near the motion or at its set points."""
+    settings, source = inputs.settings, inputs.source
+    options = SearchOptions(
+        level_named(settings.level),
+        settings.refit,
+        settings.operations,
+        write=shortest,
+        most_terms=most_terms,
+    )
+    if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
+        model = simplify_exact(
+            exact, budget, options, progress=progress.advance, provenance=source, stage=progress
+        )
+        return Held(model)
+    return simplify_held(
+        exact, budget, inputs.tube, options, effort=_USUAL.tube, provenance=source, stage=progress
+    )
+
+
+def _other_budgets(dynamics: Dynamics, search: _Search) -> tuple[tuple[SimplifiedModel, ...], int, list[int]]:
+    """Models of other budgets, those of readable stops among them; places of the run's and of every stop."""
+    exact, model, stops = search.exact, search.held.model, search.stops
+    if search.is_exact:
+        # The exact torque stands alone: its path has no terms that others share.
+        steps: Sequence[SimplifiedModel] = (model,)
+    else:
+        near = search.held.near or exact
+        # With a limit on operations, and at level element, the model keeps another budget.
+        steps = budget_path(near, model.accuracy.asked, measured(near, model))
+    path = dynamics.points.path(exact, steps)
+    others = {
+        number: stop.held.model
+        for number, stop in enumerate(stops)
+        if stop.is_readable and stop.held is not None and stop is not search.own_stop and not search.is_exact
+    }
+    path, places = joined_path(path, [measured(exact, other) for other in others.values()])
+    own = next(place for place, step in enumerate(path) if step.accuracy.budget == model.accuracy.budget)
+    place_of = dict(zip(others, places, strict=True))
+    if search.own_stop is not None and not search.is_exact:
+        place_of[stops.index(search.own_stop)] = own
+    return path, own, [place_of.get(number, -1) for number in range(len(stops))]
+
+
+def _efforts(dynamics: Dynamics, model: SimplifiedModel) -> Efforts | None:
+    """Efforts of the model's certificates; None if it has too many terms."""
+    if not dynamics.too_many_terms:
+        return _USUAL
+    with suppress(TooLongError):
+        if not model.is_exact and usual_effort(model) is not None:
+            return _LITTLE
+    return None
+
+
+def _bounded(inputs: Inputs, search: _Search, efforts: Efforts | None) -> Held:
+    """Prove a bound near the motion where the search did not."""
+    held = search.held
+    if not inputs.has_tube or held.certificate is not None or efforts is None:
+        return held
+    certificate = certify(held.model, inputs.tube, effort=efforts.tube, harmonics=search.exact.form.harmonics)
+    return held._replace(model=proven(held.model, certificate), certificate=certificate)
