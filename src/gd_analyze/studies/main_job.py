@@ -17,11 +17,11 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.studies.settings import Settings
-from gd_analyze.studies.steps.collect import collect
-from gd_analyze.studies.steps.decompose import StepProgress, decompose
-from gd_analyze.studies.steps.rank import rank, warn_of_too_many_terms
-from gd_analyze.studies.steps.read import read, source_of, warn_of_inputs
-from gd_analyze.studies.steps.simplify import simplify
+from gd_analyze.studies.steps.collect import collect_step
+from gd_analyze.studies.steps.decompose import StepProgress, decompose_step
+from gd_analyze.studies.steps.rank import rank_step, warn_of_too_many_terms
+from gd_analyze.studies.steps.read import read_step, source_of, warn_of_inputs
+from gd_analyze.studies.steps.simplify import simplify_step
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.threads import one_thread
 
@@ -159,18 +159,19 @@ def find(
     warned_so_far = _Warned(warned, progress)
     settings = settings or Settings()
 
-    inputs = read(arm, trajectory, settings, command)
+    # What is suspicious in the files themselves is told by whoever reads them.
+    inputs = read_step(arm, trajectory, settings, command)
     with warned_so_far.step():
         warn_of_inputs(inputs)
-        dynamics = decompose(inputs, progress)
+        dynamics = decompose_step(inputs, progress)
     with warned_so_far.step():
-        ranking = rank(inputs, dynamics, settings.asked)
+        ranking = rank_step(inputs, dynamics, settings.asked)
         warn_of_too_many_terms(dynamics)
     progress.ranked(ranking, str(settings.asked))
     with warned_so_far.step():
-        models = simplify(inputs, dynamics, progress)
+        models = simplify_step(inputs, dynamics, progress)
     with warned_so_far.step():
-        findings = collect(inputs, dynamics, models)
+        findings = collect_step(inputs, dynamics, models)
     return replace(findings, warnings=tuple(warned_so_far.texts))
 
 

@@ -20,10 +20,10 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.studies.budget_stops import stops_table
-from gd_analyze.studies.steps.decompose import Dynamics
-from gd_analyze.studies.steps.rank import rank
-from gd_analyze.studies.steps.read import Inputs
-from gd_analyze.studies.steps.simplify import Models
+from gd_analyze.studies.steps.decompose import RunDynamics
+from gd_analyze.studies.steps.rank import rank_step
+from gd_analyze.studies.steps.read import RunInputs
+from gd_analyze.studies.steps.simplify import RunModels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +34,7 @@ _DRAWN = 1000
 _SAMPLES = 2000
 
 
-def collect(inputs: Inputs, dynamics: Dynamics, models: Models) -> Findings:
+def collect_step(inputs: RunInputs, dynamics: RunDynamics, models: RunModels) -> Findings:
     """Put everything found into tables; of a long motion at the set points shown."""
     trajectory, dataset = dynamics.points.shown(models.worst)
     is_element = level_named(inputs.settings.level) is ELEMENT
@@ -51,11 +51,11 @@ def collect(inputs: Inputs, dynamics: Dynamics, models: Models) -> Findings:
 
 
 def _tables(
-    inputs: Inputs, dynamics: Dynamics, models: Models, trajectory: Trajectory, dataset: xr.Dataset
+    inputs: RunInputs, dynamics: RunDynamics, models: RunModels, trajectory: Trajectory, dataset: xr.Dataset
 ) -> dict[str, xr.Dataset]:
     arm, settings, exact = inputs.arm, inputs.settings, models.exact
     held, model = models.held, models.model
-    dominance = rank(inputs, dynamics, models.budget)
+    dominance = rank_step(inputs, dynamics, models.budget)
     tube = inputs.tube
     if inputs.has_tube and held.certificate is None:
         tube = replace(tube, note=_why_unproven(models))
@@ -97,7 +97,7 @@ def _tables(
     return tables
 
 
-def _beyond(models: Models) -> xr.Dataset:
+def _beyond(models: RunModels) -> xr.Dataset:
     """Test the run's model at states it was not fitted on."""
     exact, model = models.exact, models.model
     arm, states = exact.arm, exact.states
@@ -113,7 +113,7 @@ def _beyond(models: Models) -> xr.Dataset:
     return run_tables.beyond_table(model, certificate, errors, payload, uncertainty, drawn_states)
 
 
-def _why_unproven(models: Models) -> str:
+def _why_unproven(models: RunModels) -> str:
     why = "the model is the exact torque, with no error but round-off to bound"
     if not models.model.is_exact:
         name = models.model.arm.name

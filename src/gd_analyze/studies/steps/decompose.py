@@ -19,7 +19,7 @@ from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
-from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class StepProgress(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Dynamics:
+class RunDynamics:
     """The exact dynamics along a motion."""
 
     points: KeptMotion | LongMotion  # the set points that searches look at, and their decomposition
@@ -48,7 +48,7 @@ class Dynamics:
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
 
-def decompose(inputs: Inputs, progress: StepProgress) -> Dynamics:
+def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
     """Decompose the dynamics at the set points, and check them against Pinocchio and the log's torques."""
     arm, motion = inputs.arm, inputs.trajectory
     progress("decomposing", motion.n_set_points)
@@ -68,7 +68,7 @@ def decompose(inputs: Inputs, progress: StepProgress) -> Dynamics:
             diagnosis, answer = _diagnosis(arm, motion)
             text = torque_warning(measured_torque, arm, diagnosis, answer)
             warnings.warn(text, LeadingWarning, stacklevel=2)
-    return Dynamics(points, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form))
+    return RunDynamics(points, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form))
 
 
 def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import warnings
 from typing import TYPE_CHECKING
 
-from gd_analyze.dynamics.dominance import rank as rank_elements
+from gd_analyze.dynamics.dominance import rank
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.studies.steps.decompose import Dynamics
-from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.decompose import RunDynamics
+from gd_analyze.studies.steps.read import RunInputs
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def rank(inputs: Inputs, dynamics: Dynamics, budget: Budget) -> xr.Dataset:
+def rank_step(inputs: RunInputs, dynamics: RunDynamics, budget: Budget) -> xr.Dataset:
     """Rank the elements, and give verdicts at a budget."""
-    return rank_elements(
+    return rank(
         dynamics.points.dataset,
         threshold=inputs.settings.dominance,
         budget=dynamics.exact.under(budget).allowed(budget),
@@ -25,7 +25,7 @@ def rank(inputs: Inputs, dynamics: Dynamics, budget: Budget) -> xr.Dataset:
     )
 
 
-def warn_of_too_many_terms(dynamics: Dynamics) -> None:
+def warn_of_too_many_terms(dynamics: RunDynamics) -> None:
     """Warn where single terms are not ranked."""
     if dynamics.too_many_terms:
         name = dynamics.exact.arm.name

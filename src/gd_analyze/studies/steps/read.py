@@ -28,7 +28,7 @@ from gd_analyze.studies.settings import Settings
 
 
 @dataclass(frozen=True, eq=False)
-class Inputs:
+class RunInputs:
     """What the main job works on: an arm, a motion and settings."""
 
     arm: RobotArm
@@ -52,7 +52,9 @@ class Inputs:
         }
 
 
-def read(arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Settings, command: str) -> Inputs:
+def read_step(
+    arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Settings, command: str
+) -> RunInputs:
     """Read the inputs, and refuse those that do not fit together."""
     arm = arm_of(arm)
     if isinstance(settings.uncertainty, StatedUncertainty):
@@ -63,10 +65,10 @@ def read(arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Setting
     no_torque = np.zeros(arm.n_joints)
     settings.asked.allowed(ReferenceTorques(arm, no_torque, no_torque))  # a budget that does not fit fails
     tube, has_tube = _tube_along(arm, motion, Margin.of(settings.margin))
-    return Inputs(arm, motion, settings, source_of(arm, motion, settings, command), tube, has_tube)
+    return RunInputs(arm, motion, settings, source_of(arm, motion, settings, command), tube, has_tube)
 
 
-def warn_of_inputs(inputs: Inputs) -> None:
+def warn_of_inputs(inputs: RunInputs) -> None:
     """Warn of an arm that is not plausible, and of a motion that the arm cannot follow."""
     warn_of_implausible(inputs.arm, stacklevel=2)
     for motion in taken_apart(inputs.trajectory):

@@ -34,7 +34,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
-from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.read import RunInputs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +62,7 @@ Search: TypeAlias = Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
 Settled: TypeAlias = tuple[ExactDynamics, SimplifiedModel, Held, Points]
 
 
-def set_points_of(inputs: Inputs, progress: Callable[[int], None]) -> KeptMotion | LongMotion:
+def set_points_of(inputs: RunInputs, progress: Callable[[int], None]) -> KeptMotion | LongMotion:
     """Decompose a motion: all of it, or a long one block by block."""
     motion = inputs.trajectory
     if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
@@ -75,7 +75,7 @@ def set_points_of(inputs: Inputs, progress: Callable[[int], None]) -> KeptMotion
 class KeptMotion:
     """A motion whose every set point is decomposed, searched and shown."""
 
-    inputs: Inputs
+    inputs: RunInputs
     dataset: xr.Dataset
     extremes: Extremes | None = None  # of the elements; None where the dataset has them
 
@@ -104,7 +104,7 @@ class LongMotion:
     accelerations, torques, elements of D, h and c, their parts, and the torque of each.
     """
 
-    inputs: Inputs
+    inputs: RunInputs
     dataset: xr.Dataset  # decomposition at the set points that searches look at
     extremes: Extremes  # of the elements, at all set points
     represented_by: Points  # these and others for tables and figures
@@ -120,7 +120,7 @@ class LongMotion:
         return self.inputs.trajectory
 
     @classmethod
-    def of(cls, inputs: Inputs, progress: Callable[[int], None]) -> LongMotion:
+    def of(cls, inputs: RunInputs, progress: Callable[[int], None]) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
         arm, motion = inputs.arm, inputs.trajectory
         drives = arm.counts_drives(inputs.settings.drives)

@@ -27,8 +27,8 @@ from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
-from gd_analyze.studies.steps.decompose import Dynamics, StepProgress
-from gd_analyze.studies.steps.read import Inputs
+from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress
+from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import Points
 
 
@@ -63,7 +63,7 @@ class _Search:
 
 
 @dataclass(frozen=True, eq=False)
-class Models:
+class RunModels:
     """The run's model, those of other budgets, and the ranking of single terms."""
 
     exact: ExactDynamics  # under the run's budget
@@ -84,7 +84,7 @@ class Models:
         return self.held.model
 
 
-def simplify(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> Models:
+def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) -> RunModels:
     """Search the run's model and those of other budgets, and prove a bound near the motion."""
     search = _searched(inputs, dynamics, progress)
     progress("trying other budgets")
@@ -95,7 +95,7 @@ def simplify(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> Mode
         ranking = rank_terms(search.exact, also=selections)
     progress("bounding errors")
     efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
-    return Models(
+    return RunModels(
         exact=search.exact,
         budget=search.budget,
         held=_bounded(inputs, search, efforts),
@@ -110,7 +110,7 @@ def simplify(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> Mode
     )
 
 
-def _searched(inputs: Inputs, dynamics: Dynamics, progress: StepProgress) -> _Search:
+def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) -> _Search:
     """Search the models of the named budgets, and take that of the run."""
     settings, exact = inputs.settings, dynamics.exact
     search_at = partial(_model_at, inputs, progress)
@@ -161,7 +161,7 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
 
 
 def _model_at(
-    inputs: Inputs,
+    inputs: RunInputs,
     progress: StepProgress,
     exact: ExactDynamics,
     budget: Budget,
@@ -188,7 +188,9 @@ def _model_at(
     )
 
 
-def _other_budgets(dynamics: Dynamics, search: _Search) -> tuple[tuple[SimplifiedModel, ...], int, list[int]]:
+def _other_budgets(
+    dynamics: RunDynamics, search: _Search
+) -> tuple[tuple[SimplifiedModel, ...], int, list[int]]:
     """Models of other budgets, those of readable stops among them; places of the run's and of every stop."""
     exact, model, stops = search.exact, search.held.model, search.stops
     if search.is_exact:
@@ -212,7 +214,7 @@ def _other_budgets(dynamics: Dynamics, search: _Search) -> tuple[tuple[Simplifie
     return path, own, [place_of.get(number, -1) for number in range(len(stops))]
 
 
-def _efforts(dynamics: Dynamics, model: SimplifiedModel) -> Efforts | None:
+def _efforts(dynamics: RunDynamics, model: SimplifiedModel) -> Efforts | None:
     """Efforts of the model's certificates; None if it has too many terms."""
     if not dynamics.too_many_terms:
         return _USUAL
@@ -222,7 +224,7 @@ def _efforts(dynamics: Dynamics, model: SimplifiedModel) -> Efforts | None:
     return None
 
 
-def _bounded(inputs: Inputs, search: _Search, efforts: Efforts | None) -> Held:
+def _bounded(inputs: RunInputs, search: _Search, efforts: Efforts | None) -> Held:
     """Prove a bound near the motion where the search did not."""
     held = search.held
     if not inputs.has_tube or held.certificate is not None or efforts is None:
