@@ -98,7 +98,7 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
 
 @pytest.mark.parametrize(("level", "at_set_points"), [("element", False), ("term", True), ("term", False)])
 def test_the_budget_holds_where_the_first_search_did_not_look(
-    two_link, long_swing, level, at_set_points, monkeypatch
+    two_link, long_swing, level, at_set_points, monkeypatch, tmp_path
 ):
     """Of two set points and nothing else the first model breaks its budget elsewhere."""
     searches = []
@@ -123,6 +123,9 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
         errors = np.abs(torque - gd.decompose(two_link, long_swing).torque.values).max(axis=0)
         assert (errors <= model.accuracy.allowed).all()
         np.testing.assert_allclose(model.accuracy.errors.largest, errors, rtol=1e-10, atol=1e-12)
+        assert model.accuracy.fitted_on["set_points"] == LONG
+    gd.tables.save_results(found, tmp_path / "analysis.h5")
+    assert gd.load_findings(tmp_path / "analysis.h5").model.operations == found.model.operations
 
 
 def test_every_extreme_is_drawn(two_link, long_swing):

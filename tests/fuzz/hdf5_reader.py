@@ -21,22 +21,12 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
 
-# Not a number where none is known, infinite where nothing is shared or needed.
-NOT_ALWAYS_FINITE = {
-    "beyond": {"certified", "worst_found", "within_limits", "mass_within_budget", "uncertainty"},
-    "dominance": {"change_without"},
-    "dominance_over_time": {"share"},
-    "parts": {"torque_peak"},
-    "measured_torque": {name for name, declared in GROUPS["measured_torque"].items() if declared.besides},
-}
-
 
 def use(findings: Findings) -> None:
     """What is read holds numbers, and the report can be made of it."""
     for name, table in findings.tables.items():
-        for variable, array in table.variables.items():
-            is_share = str(variable).endswith("_share")
-            if array.dtype.kind == "f" and variable not in NOT_ALWAYS_FINITE.get(name, ()) and not is_share:
+        for variable, array in table.data_vars.items():
+            if array.dtype.kind == "f" and not GROUPS[name][str(variable)].besides:
                 assert np.isfinite(array.values).all(), f"{name}/{variable} is not finite"
     assert render_html(findings).startswith("<!doctype html>")
 

@@ -22,7 +22,6 @@ from hypothesis import strategies as st
 from gd_analyze.errors import StoreError
 from gd_analyze.results.store import load_findings, load_results, save_results, seal
 from gd_analyze.schema import ATTRIBUTES, COORDINATES
-from recordings import MEASURED
 from strategies import examples, names_in
 
 Edit = Callable[[h5py.File], Any]
@@ -261,10 +260,6 @@ def document(change: Callable[[dict[str, Any]], Any]) -> Edit:
     return edit
 
 
-def half_the_mass(tree: dict[str, Any]) -> None:
-    tree["arm"]["links"][0]["mass"] /= 2
-
-
 # What was edited, and the name that the message must have.
 EDITS: dict[str, tuple[Edit, str]] = {
     "text as numbers": (made_again("dominance/verdict", np.zeros(7)), "verdict of dominance"),
@@ -281,27 +276,8 @@ EDITS: dict[str, tuple[Edit, str]] = {
     "an attribute less": (lambda file: file["tube"].attrs.__delitem__("note"), "note"),
     "a negative error": (entry("simplified_model/rms_error", -1.0), "rms_error of simplified_model"),
     "too large": (entry("decomposition/torque", -1e200, (0, 0)), "torque of decomposition"),
-    "an element of another arm": (entry("dominance/element", b"D33"), "element of dominance"),
-    "budgets of another model": (entry("budgets/operations", 1, 10), "operations of budgets"),
-    "budgets of another ranking": (entry("budgets/rank", 99, 0), "rank of budgets"),
-    "a bound of one joint": (entry("beyond/certified", np.nan), "certified of beyond"),
-    "a tube of one joint": (entry("tube/tube_certified", np.nan), "tube_certified of tube"),
-    "a piece worse than the tube": (entry("tube/tube_along", 9.9, (0, 0)), "tube_certified of tube"),
-    "a torque of no readings": (
-        lambda file: file["measured_torque/measured"].write_direct(np.full((2 * MEASURED, 2), np.nan)),
-        "measured_torque",
-    ),
-    "friction in part": (lambda file: file.__delitem__("measured_torque/offset"), "friction"),
-    "errors of no states": (attribute("beyond", "states_drawn", 0), "within_limits of beyond"),
-    "set points of one motion": (entry("motions/set_points", 7), "set_points of motions"),
-    "an error of one motion": (entry("motions/largest_error", 7.0, (0, 0)), "largest_error of motions"),
+    "no model": (document(lambda tree: tree.pop("model")), "model"),
     "a verdict of one motion": (entry("motions/verdict", b"fine", (0, 0)), "verdict of motions"),
-    "no motions": (lambda file: file.__delitem__("motions"), "motions of the model"),
-    "other set points": (entry("decomposition/time", -1.0), "time of decomposition"),
-    "another joint's name": (entry("beyond/joint_name", b"wrist"), "joint_name of beyond"),
-    "a model of another arm": (document(half_the_mass), "arm of a model"),
-    "a term less": (document(lambda tree: tree["ranked_terms"].pop()), "ranked terms"),
-    "no model by elements": (document(lambda tree: tree.pop("element_model")), "model by elements"),
 }
 
 

@@ -328,7 +328,8 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
     table, source_names = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
     errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
     shares = (
-        Column("", f"by {source_names[name]}", values.tolist(), shown="percent") for name, values in errors
+        Column("", f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
+        for name, values in errors
     )
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
     operations = (Column("", name, values.tolist(), shown="count") for name, values in counts)

@@ -7,9 +7,10 @@ needs; we read the attribute "dims" instead. Links and impossible numbers, as in
 
 from __future__ import annotations
 
-import io
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+import errno
+import os
+import shutil
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,26 +37,28 @@ _COORDINATES, _DTYPE, _ENCODING = "coordinates", "dtype", "_Encoding"
 # netCDF's name of a dimension without labels; its length follows.
 _WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
 _NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
-_PAGE = 1 << 16
+# More bytes than a variable's description takes.
+_DESCRIPTION = 1 << 14
 
 
 def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mapping[str, Any]) -> None:
     """Write each table as a group, and the file's attributes; equal tables give equal files."""
     import h5py
 
-    with sound_file(path) as sink, h5py.File(sink, "w", libver=_VERSIONS, track_order=True) as file:
+    _require_room(path, sum(map(_most_bytes, tables.values())))
+    with h5py.File(path, "w", libver=_VERSIONS, track_order=True) as file:
         _describe(file, attributes)
         for name, dataset in tables.items():
             _write_table(file.create_group(name, track_order=True), dataset, name)
-            _fill(file[name], dataset, name, sink)
 
 
 def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
-    """Create all variables of a table, and write those that are not along time."""
+    """Write a table: variables along time block by block, as they may be evaluated while they are read."""
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
+    along_time = [key for key, variable in dataset.variables.items() if variable.dims[:1] == ("time",)]
     for key, variable in dataset.variables.items():
-        is_long = _is_long(variable)
+        is_long = key in along_time
         values, coding = _stored(np.empty(0, variable.dtype) if is_long else variable.values)
         require_numbers(values, str(key), name)
         stored = group.create_dataset(
@@ -68,6 +71,12 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
             track_order=True,
         )
         _describe(stored, variable.attrs | coding | {_DIMS: " ".join(map(str, variable.dims))})
+    for chunk in chunks(dataset.sizes["time"]) if along_time else ():
+        block = dataset[along_time].isel(time=chunk)
+        for key in along_time:
+            values = np.ascontiguousarray(_stored(block[key].values)[0])
+            require_numbers(values, str(key), name)
+            group[str(key)][chunk] = values
     for dim, size in dataset.sizes.items():
         if dim not in dataset.variables:
             group.create_dataset(str(dim), (size,), ">f4").make_scale(f"{_WITHOUT_LABELS}{size:10d}")
@@ -79,21 +88,24 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
                 axis.attach_scale(group[str(dim)])
 
 
-def _is_long(variable: xr.Variable) -> bool:
-    return variable.dims[:1] == ("time",)
+def _require_room(path: Path, size: int) -> None:
+    """Raise the system's error where a file of this size would not fit.
+
+    HDF5 cannot close a file that did not fit: the process ends in a segmentation fault (HDF5 1.14 and 2.0).
+    """
+    with path.open("wb") as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, size)
+            file.truncate(0)
+        elif shutil.disk_usage(path.parent).free < size:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def _fill(group: h5py.Group, dataset: xr.Dataset, name: str, sink: SoundFile) -> None:
-    """Write the values along time, block by block, while the disk has room."""
-    long = [key for key, variable in dataset.variables.items() if _is_long(variable)]
-    for chunk in chunks(dataset.sizes["time"]) if long else ():
-        if sink.failure is not None:
-            return
-        block = dataset[long].isel(time=chunk)
-        for key in long:
-            values = np.ascontiguousarray(_stored(block[key].values)[0])
-            require_numbers(values, str(key), name)
-            group[str(key)][chunk] = values
+def _most_bytes(dataset: xr.Dataset) -> int:
+    """More bytes than a table takes in a file, whose last block of rows is filled up."""
+    rows = dataset.sizes.get("time", 1)
+    filled = 1 + (CHUNK / rows if rows > CHUNK else 0)
+    return sum(int(variable.nbytes * filled) + _DESCRIPTION for variable in dataset.variables.values())
 
 
 def _describe(item: h5py.Group | h5py.Dataset, attributes: Mapping[Any, Any]) -> None:
@@ -198,78 +210,3 @@ def _later(dataset: Any, group: str, name: str) -> Any:
         return values
 
     return on_demand(dataset.shape, read)
-
-
-class SoundFile(io.FileIO):
-    """Accepts every write; data written after a failure are kept in memory, to be read again."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path, "w+")
-        self.failure: OSError | None = None
-        self._pages: dict[int, bytearray] = {}
-
-    def write(self, data: Any) -> int:
-        """Write all of `data` at the file's position."""
-        view = memoryview(data).cast("B")
-        start, remaining = self.tell(), view
-        try:
-            while self.failure is None and remaining:
-                remaining = remaining[super().write(remaining) :]
-        except OSError as error:
-            self.failure = error
-        if self.failure is not None:
-            for page, place, piece in self._pieces(start, view):
-                self._pages.setdefault(page, self._page(page))[place : place + len(piece)] = piece
-        self.seek(start + len(view))
-        return len(view)
-
-    def readinto(self, buffer: Any) -> int:
-        """Read what was written, zeros where nothing was."""
-        if self.failure is None:
-            return super().readinto(buffer) or 0
-        start, view = self.tell(), memoryview(buffer).cast("B")
-        for page, place, piece in self._pieces(start, view):
-            piece[:] = self._page(page)[place : place + len(piece)]
-        self.seek(start + len(view))
-        return len(view)
-
-    def truncate(self, size: int | None = None) -> int:
-        """Set the size of the file, which matters only while all writes succeed."""
-        try:
-            if self.failure is None:
-                return super().truncate(size)
-        except OSError as error:
-            self.failure = error
-        return size or 0
-
-    def _pieces(self, start: int, data: memoryview) -> Iterator[tuple[int, int, memoryview]]:
-        """Data page by page: number of the page, offset in it, and bytes."""
-        done = 0
-        while done < len(data):
-            page, place = divmod(start + done, _PAGE)
-            piece = data[done : done + _PAGE - place]
-            yield page, place, piece
-            done += len(piece)
-
-    def _page(self, number: int) -> bytearray:
-        """A page from memory, or from the disk, padded with zeros."""
-        if number in self._pages:
-            return self._pages[number]
-        page = bytearray(_PAGE)
-        self.seek(number * _PAGE)
-        super().readinto(page)
-        return page
-
-
-@contextmanager
-def sound_file(path: Path) -> Iterator[SoundFile]:
-    """Open a file to be given to h5py in place of its path.
-
-    After a failed write, on a full disk, HDF5 cannot close the file: h5py raises other errors, and the
-    process ends in a segmentation fault (HDF5 1.14). This file reports success to HDF5, and the failure is
-    raised once the file is closed.
-    """
-    with SoundFile(path) as file:
-        yield file
-    if file.failure is not None:
-        raise file.failure

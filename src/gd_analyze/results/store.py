@@ -23,7 +23,6 @@ from gd_analyze.files import path_of, replacing, warn_of_others
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
 from gd_analyze.results.motion_tables import trajectory_in
-from gd_analyze.results.store_check import require_fit
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
@@ -114,7 +113,6 @@ def load_findings(path: str | Path) -> Findings:
         if "element_model" in documents:
             elements = _model(documents["element_model"])
         ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
-        require_fit(tables, arm, (model, elements, ranked))
         warn_of_others(path, str(attributes.get("run", "")))
         del tables["documents"]
         if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):
@@ -166,8 +164,7 @@ def load_results(path: str | Path) -> xr.DataTree:
     path = path_of(path)
     with _opened(path) as file:
         root = xr.Dataset(attrs=read_attributes(file))
-        tables, _, arm = _read(file)
-        require_fit(tables, arm)
+        tables = _read(file)[0]
         file.close()
     warn_of_others(path, str(root.attrs.get("run", "")))
     return xr.DataTree.from_dict({"/": root} | {f"/{name}": table for name, table in tables.items()})

@@ -204,9 +204,14 @@ class LongMotion:
         place = [[*programs].index(id(model.program)) for model in models]
         largest, squares, worst = largest[place], squares[place], worst[place]
         stated_models = []
+        fitted_on: dict[str, str | int] = {
+            "trajectory": self.motion.name,
+            "trajectory_fingerprint": self.motion.fingerprint,
+            "set_points": count,
+        }
         for model, largest_error, square in zip(models, largest, squares, strict=True):
             errors = ErrorTable(exact.peak_torque, largest_error, np.sqrt(square / count))
-            stated_models.append(model.stating(replace(model.accuracy, errors=errors)))
+            stated_models.append(model.stating(replace(model.accuracy, errors=errors, fitted_on=fitted_on)))
         allowed = np.array([model.accuracy.allowed for model in models])
         return stated_models, worst, largest > allowed
 
