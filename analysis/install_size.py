@@ -74,35 +74,22 @@ def seconds(statement: str) -> float:
     return min(times)
 
 
-def purposes() -> dict[str, str]:
-    """What each library is for, as decision 3 says, to its first semicolon."""
-    text = (ROOT / "docs" / "decisions" / "0003-dependencies.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| ([\w, ]+)[^|]*\| ([^|;]*)", text, re.MULTILINE)
-    return {canonical(name): use.strip() for names, use in rows for name in re.split(r",? +", names) if name}
-
-
 def table() -> str:
     """A row for each dependency; what several need counts for the first of them."""
-    direct, uses, seen = sorted(set(required("gd-analyze"))), purposes(), {"gd-analyze"}
+    direct, seen = sorted(set(required("gd-analyze"))), {"gd-analyze"}
     bare, numpy = seconds("pass"), seconds("import numpy")
     rows, order = [], ["numpy", *(name for name in direct if name != "numpy")]
     for name in order:
         others = closure(name) - seen - set(direct) | {name}
         seen |= others
         before, statement = (bare, "") if name == "numpy" else (numpy, "import numpy, ")
-        module = MODULES.get(name, name)
+        module = MODULES.get(name, name.replace("-", "_"))
         taken = max(seconds(f"{statement or 'import '}{module}") - before, 0.0)
-        brought = ", ".join(sorted(others - {name}))
-        rows.append(
-            (
-                megabytes(others),
-                f"| {name} | {uses[name]} | {brought} | {megabytes(others):.1f} | {taken:.2f} |\n",
-            )
-        )
-    own = f"| gd-analyze | | | {megabytes({'gd-analyze'}):.1f} | {max(seconds('import gd_analyze') - bare, 0.0):.2f} |\n"
-    total = f"| all | | | {megabytes(seen):.0f} | |\n"
+        rows.append((megabytes(others), f"| {name} | {megabytes(others):.1f} | {taken:.2f} |\n"))
+    own = f"| gd-analyze | {megabytes({'gd-analyze'}):.1f} | {max(seconds('import gd_analyze') - bare, 0.0):.2f} |\n"
+    total = f"| all | {megabytes(seen):.0f} | |\n"
     rows.sort(key=lambda row: -row[0])
-    head = "| library | for | brings | MB | import, s |\n| --- | --- | --- | --- | --- |\n"
+    head = "| library | MB | import, s |\n| --- | --- | --- |\n"
     return head + "".join(row for _, row in rows) + own + total
 
 

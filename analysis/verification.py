@@ -213,26 +213,28 @@ def _two_link_closed_forms() -> Iterator[Measurement]:
 
 
 def report() -> str:
-    """Write the measurements as Markdown."""
+    """Write the measurements as Markdown: a row per identity, measured and bound per arm."""
+    by_identity: dict[tuple[str, str], dict[str, Measurement]] = {}
+    for row in measure():
+        by_identity.setdefault((row.identity, row.unit), {})[row.arm] = row
+    arms = gd.builtin_arms()
     lines = [
         "# Verification",
         "",
-        "How exact D, h and c are: every identity that they must satisfy, measured on the built-in arms. Each run of the "
-        "main job also compares its own trajectory with Pinocchio: it prints the largest difference, stores it (`residual_*` "
-        "in the HDF5 file), and fails if it exceeds round-off.",
+        "How exact D, h and c are: every identity that they must satisfy, measured on the built-in arms. Each run of the main",
+        "job also compares its own trajectory with Pinocchio, prints the largest difference, and fails if it exceeds round-off.",
         "",
-        f"Measured: largest difference over {N_STATES} random states, drawn evenly from each arm's ranges and its "
-        "velocity and acceleration limits. Bound: what round-off, or the truncation of a central difference, "
-        "explains. D and h are computed from composite moments, by effect; Pinocchio and the closed forms give "
-        "the sum of both effects. Entries of the Stanford arm's prismatic joint are in N, kg m and kg.",
+        f"In each cell: the largest difference over {N_STATES} random states within the arm's limits, and what round-off, or the",
+        "truncation of a central difference, explains. Pinocchio and the closed forms give the sum of both effects. Entries of",
+        "the Stanford arm's prismatic joint are in N, kg m and kg. `python analysis/verification.py` writes this page, and the",
+        "tests measure the same. The digits measured vary with the machine.",
         "",
-        "`python analysis/verification.py` writes this page, and the tests measure the same. The digits measured vary with "
-        "the machine.",
-        "",
-        "| identity | arm | measured | bound | unit |",
-        "|---|---|---|---|---|",
+        f"| identity | unit | {' | '.join(arms)} |",
+        f"|---|---|{'---|' * len(arms)}",
     ]
-    lines += [f"| {m.identity} | {m.arm} | {m.measured:.1e} | {m.bound:.1e} | {m.unit} |" for m in measure()]
+    for (identity, unit), rows in by_identity.items():
+        cells = [f"{rows[arm].measured:.1e} ≤ {rows[arm].bound:.1e}" if arm in rows else "" for arm in arms]
+        lines.append(f"| {identity} | {unit} | {' | '.join(cells)} |")
     lines.append("")
     return "\n".join(lines)
 

@@ -46,7 +46,9 @@ def test_verification_measures_and_documents_every_identity() -> None:
         assert row.measured <= row.bound, row
     documented = (ROOT / "docs" / "verification.md").read_text("utf-8")
     for row in measurements:
-        assert f"| {row.identity} | {row.arm} |" in documented
+        assert f"| {row.identity} | {row.unit} |" in documented
+    arms = {row.arm for row in measurements}
+    assert f"| identity | unit | {' | '.join(sorted(arms))} |" in documented
 
 
 def test_every_operation_is_booked_to_one_row_of_the_cost_tables() -> None:

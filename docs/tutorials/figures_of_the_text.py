@@ -1,4 +1,4 @@
-"""The founding text's figures.
+"""Figs 3.10 and 3.11 of the text.
 
 Figs 3.10 and 3.11 of Fu, Gonzalez and Lee (1987) show the translational and rotational parts of the elements
 of D and h, for a PUMA 560 along a planned trajectory of 31 set points. The text gives neither its trajectory

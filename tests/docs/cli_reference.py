@@ -44,7 +44,7 @@ def records(verb: str) -> Iterator[tuple[click.Parameter, tuple[str, str]]]:
 
 
 def help_of_its_own(verb: str = "") -> str:
-    """Help of a verb, or of the main job, without what it shares with others; that is named in its last lines."""
+    """Help of a verb, or of the main job, without what it shares with others, which is named last."""
     shared, text, names = shared_records(), help_of(*filter(None, [verb])), []
     for parameter, record in records(verb or "analyze"):
         if record in shared:

@@ -114,7 +114,7 @@ class TorqueComparison:
     noise
         Noise left in `measured`, standard deviation; nan for a plan.
     verdicts
-        Verdict on every joint, see docs/measured_torque.md.
+        Verdict on every joint, see docs/diagnose.md, "Measured torques".
     resembles
         Joint whose model the measurement resembles, from 1; 0 if none.
     """
