@@ -12,7 +12,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +36,7 @@ class Claim:
     """A sentence of a page, what it takes to check it, and how."""
 
     page: str
-    words: str  # as on the page, line breaks as blanks; `{}` for each figure
+    words: str  # as on the page, line breaks as blanks; `{}` for a figure, `{...}` for an equation or a list
     command: str
     find: Callable[[], Figures]
 
@@ -44,7 +44,7 @@ class Claim:
     def stated(self) -> tuple[str, ...]:
         """Return the figures that the page states; its words must stand there once."""
         text = " ".join((ROOT / self.page).read_text(encoding="utf-8").split())
-        pattern = re.escape(self.words).replace(r"\{\}", r"([^`|]+?)")
+        pattern = re.escape(self.words).replace(r"\{\}", r"(\S+?)").replace(r"\{\.\.\.\}", "([^`|]+?)")
         matches = list(re.finditer(rf"{pattern}(?![\w])", text))
         if len(matches) != 1:
             raise ValueError(f"{self.page} has {len(matches)} times: {self.words}")
@@ -91,7 +91,10 @@ def named_budgets() -> dict[str, Figures]:
     """Terms, and operations of D, h and c and of the torque, of the main job's named budgets."""
     stops = gd.analyze("puma560", "pick-and-place").tables["stops"]
     columns = ("terms", "operations", "operations_torque")
-    return {str(row.budget): tuple(int(row[name]) for name in columns) for _, row in stops.to_dataframe().iterrows()}
+    return {
+        str(row.budget): tuple(int(row[name]) for name in columns)
+        for _, row in stops.to_dataframe().iterrows()
+    }
 
 
 def row_of_joint(joint: int) -> Figures:
@@ -122,8 +125,8 @@ def largest_of_dropped_term() -> Figures:
 
 def equation(element: str, min_share: float = 0.0) -> str:
     """An exact equation of the PUMA as it is printed, without its left side."""
-    (found,) = gd.equations("puma560", [element], min_share=min_share)
-    return str(found).partition(" = ")[2]
+    text = " ".join(str(gd.equations("puma560", [element], min_share=min_share)).split())
+    return text.rpartition(f"{element} = ")[2]
 
 
 def study(name: str, *start: str) -> list[str]:
@@ -139,6 +142,13 @@ def matched(name: str, pattern: str) -> Figures:
     match = re.search(pattern, (ROOT / "analysis" / f"{name}.md").read_text(encoding="utf-8"))
     assert match, f"{name}.md does not say {pattern}"
     return match.groups()
+
+
+def chains_tried() -> Figures:
+    """Chains of published robots that were tried, and those refused or given up."""
+    return *matched("arms_as_published", r": (\d+) chains"), *matched(
+        "arms_as_published", r"(\d+) of these refused"
+    )
 
 
 def real_robot() -> Figures:
@@ -163,10 +173,30 @@ def without_h() -> dict[float, tuple[str, str]]:
     }
 
 
-def tracking(speed: float, column: int) -> str:
-    """A cell of the table of tracking errors; two digits."""
-    text = without_h()[speed][column]
-    return f"{float(text):.2f}" if float(text) < 1.0 else text
+def tracking_errors(column: int) -> Figures:
+    """A row of the table of tracking errors; two digits."""
+    texts = [row[column] for row in without_h().values()]
+    return tuple(f"{float(text):.2f}" if float(text) < 1.0 else text for text in texts)
+
+
+def given(*figures: str) -> Figures:
+    """Figures that were computed with others."""
+    return figures
+
+
+def of_several(motions: tuple[str, ...]) -> Figures:
+    """Operations of D, h and c near motions, for two budgets."""
+    return tuple(apart(near(motions, budget)) for budget in ("1%", "1% or 10% friction"))
+
+
+def named_budget(budget: str) -> Figures:
+    """What the main job finds for a named budget."""
+    return named_budgets()[budget]
+
+
+def verdicts_of_translation() -> Figures:
+    """Elements that translation dominates, as they are listed."""
+    return (", ".join(verdict_lists(main_job().dominance).labels("translation")),)
 
 
 def parts_of_the_elbow() -> list[Claim]:
@@ -177,7 +207,7 @@ def parts_of_the_elbow() -> list[Claim]:
             MINUTES,
             f"| {part} | {meaning} | {{}} | {{}} % |",
             MAIN_JOB,
-            lambda figures=(largest, share.removesuffix(" %")): figures,
+            partial(given, largest, share.removesuffix(" %")),
         )
         for part, meaning, largest, share in rows
     ]
@@ -186,24 +216,37 @@ def parts_of_the_elbow() -> list[Claim]:
 def operations() -> Figures:
     """Operations of D, h and c of the model and exact, and of the torque."""
     model = main_job().model
-    return apart(model), model.form.functions.operations.total, model.operations.total, model.operations_full.total
+    return (
+        apart(model),
+        model.form.functions.operations.total,
+        model.operations.total,
+        model.operations_full.total,
+    )
 
 
 def claims() -> list[Claim]:
     """All claims, by page."""
-    simplification, trajectories, control = (f"docs/{name}.md" for name in ("simplification", "trajectories", "control"))
-    verdicts = lambda effect: ", ".join(verdict_lists(main_job().dominance).labels(effect))  # noqa: E731
+    simplification, trajectories, control = (
+        f"docs/{name}.md" for name in ("simplification", "trajectories", "control")
+    )
     several = [
         Claim(
             trajectories,
             f"| {row} | {{}} | {{}} |",
             f"gd-analyze simplify puma560 {' '.join(motions)} --budget ...",
-            lambda motions=motions: tuple(apart(near(motions, budget)) for budget in ("1%", "1% or 10% friction")),
+            lambda motions=motions: tuple(
+                apart(near(motions, budget)) for budget in ("1%", "1% or 10% friction")
+            ),
         )
         for row, motions in [*((f"`{name}`", (name,)) for name in MOTIONS), ("all three", MOTIONS)]
     ]
     named = [
-        Claim(simplification, f"| `{budget}` | {{}} | {{}} | {{}} |", MAIN_JOB, lambda budget=budget: named_budgets()[budget])
+        Claim(
+            simplification,
+            f"| `{budget}` | {{}} | {{}} | {{}} |",
+            MAIN_JOB,
+            partial(named_budget, budget),
+        )
         for budget in ("1%", "1% or 10% friction", "1% or 0.5% limit")
     ]
     loops = [
@@ -211,21 +254,41 @@ def claims() -> list[Claim]:
             control,
             f"| {row} | {{}} mrad | {{}} mrad | {{}} mrad | {{}} mrad |",
             "gd-analyze control puma.json pick-and-place --loop-rate 500 --speeds 0.25,0.5,1,2",
-            lambda column=column: tuple(tracking(speed, column) for speed in (0.25, 0.5, 1.0, 2.0)),
+            partial(tracking_errors, column),
         )
         for column, row in enumerate(("without h", "simplified model of 1 %"))
     ]
     return [
-        Claim(README, "an error proven to be at most {} % of peak torque", MAIN_JOB, lambda: row_of_joint(2)[5:]),
-        Claim(README, "D, h and c of the PUMA 560 take {} operations instead of {}", MAIN_JOB, lambda: operations()[:2]),
+        Claim(
+            README, "an error proven to be at most {} % of peak torque", MAIN_JOB, lambda: row_of_joint(2)[5:]
+        ),
+        Claim(
+            README,
+            "D, h and c of the PUMA 560 take {} operations instead of {}",
+            MAIN_JOB,
+            lambda: operations()[:2],
+        ),
         Claim(README, "and keep {} of {} terms", MAIN_JOB, lambda: main_job().model.size),
-        Claim(README, "{} % is left at joint {} (RMS)", "python analysis/identified_robots.py", lambda: real_robot()[:2]),
-        Claim(README, "the file alone leaves {} of {} N m", "python analysis/identified_robots.py", lambda: real_robot()[2:]),
+        Claim(
+            README,
+            "{} % is left at joint {} (RMS)",
+            "python analysis/identified_robots.py",
+            lambda: real_robot()[:2],
+        ),
+        Claim(
+            README,
+            "the file alone leaves {} of {} N m",
+            "python analysis/identified_robots.py",
+            lambda: real_robot()[2:],
+        ),
         Claim(
             README,
             "[{} chains of published robots](analysis/arms_as_published.md) were tried; {} were refused or given up",
             "python analysis/arms_as_published.py",
-            lambda: matched("arms_as_published", r": (\d+) chains") + matched("arms_as_published", r"(\d+) of these refused"),
+            lambda: (
+                matched("arms_as_published", r": (\d+) chains")
+                + matched("arms_as_published", r"(\d+) of these refused")
+            ),
         ),
         Claim(
             README,
@@ -241,32 +304,44 @@ def claims() -> list[Claim]:
         ),
         Claim(
             README,
-            "`D12 = {}` and",
+            "`D12 = {...}` and",
             "gd-analyze equations puma560 --element D12 --min-share 1%",
             lambda: (equation("D12", 0.01),),
         ),
         Claim(
-            README, "and `c2 = {}`;", "gd-analyze equations puma560 --element c2 --min-share 1%", lambda: (equation("c2", 0.01),)
+            README,
+            "and `c2 = {...}`;",
+            "gd-analyze equations puma560 --element c2 --min-share 1%",
+            lambda: (equation("c2", 0.01),),
         ),
         *parts_of_the_elbow(),
-        Claim(MINUTES, "Translation dominates {} ```", MAIN_JOB, lambda: (verdicts("translation"),)),
+        Claim(MINUTES, "Translation dominates {...} ```", MAIN_JOB, verdicts_of_translation),
         Claim(
             MINUTES,
             "without its rotation it changes by {} % of its peak",
             MAIN_JOB,
-            lambda: (f"{100 * main_job().dominance.change_without.sel(element='D13', effect='rotation').item():.1g}",),
+            lambda: (
+                f"{100 * main_job().dominance.change_without.sel(element='D13', effect='rotation').item():.1g}",
+            ),
         ),
         Claim(
             MINUTES,
-            "c3 = {} ``` The last two",
+            "c3 = {...} ``` The last two",
             "gd-analyze equations puma560 --element c3",
             lambda: (equation("c3"),),
         ),
         Claim(MINUTES, "makes at most {} N m on this motion, {} % of", MAIN_JOB, largest_of_dropped_term),
         Claim(MINUTES, "3 elbow {} {} {} {} % {} {} %", MAIN_JOB, lambda: row_of_joint(2)),
-        Claim(MINUTES, "at the {} points of the motion", MAIN_JOB, lambda: (len(main_job().trajectory.time),)),
+        Claim(
+            MINUTES, "at the {} points of the motion", MAIN_JOB, lambda: (len(main_job().trajectory.time),)
+        ),
         Claim(MINUTES, "Of {} terms, {} stay", MAIN_JOB, lambda: main_job().model.size[::-1]),
-        Claim(MINUTES, "D, h and c in {} operations instead of {}; torque in {} instead of {}.", MAIN_JOB, operations),
+        Claim(
+            MINUTES,
+            "D, h and c in {} operations instead of {}; torque in {} instead of {}.",
+            MAIN_JOB,
+            operations,
+        ),
         *named,
         *several,
         *loops,
@@ -285,9 +360,19 @@ def report(checked: list[tuple[Claim, tuple[str, ...], tuple[str, ...]]]) -> str
         "|---|---|---|---|---|",
     ]
     for claim, stated, found in checked:
-        words = claim.words.replace("|", "¦").replace("`", "").replace("](analysis/arms_as_published.md)", "").replace("[", "")
-        pairs = ["; ".join(figures) if stated == found or k else f"**{'; '.join(figures)}**" for k, figures in enumerate((stated, found))]
-        lines.append(f"| {claim.page.removeprefix('docs/')} | {words} | `{claim.command}` | {pairs[0]} | {pairs[1]} |")
+        words = (
+            claim.words.replace("|", "¦")
+            .replace("`", "")
+            .replace("](analysis/arms_as_published.md)", "")
+            .replace("[", "")
+        )
+        pairs = [
+            "; ".join(figures) if stated == found or k else f"**{'; '.join(figures)}**"
+            for k, figures in enumerate((stated, found))
+        ]
+        lines.append(
+            f"| {claim.page.removeprefix('docs/')} | {words} | `{claim.command}` | {pairs[0]} | {pairs[1]} |"
+        )
     return "\n".join([*lines, ""])
 
 
@@ -302,7 +387,14 @@ def main() -> int:
         stated, found = claim.stated, claim.found
         wrong += stated != found
         checked.append((claim, stated, found))
-        print("ok   " if stated == found else "WRONG", claim.page, claim.words, stated, *(() if stated == found else (found,)), flush=True)
+        print(
+            "ok   " if stated == found else "WRONG",
+            claim.page,
+            claim.words,
+            stated,
+            *(() if stated == found else (found,)),
+            flush=True,
+        )
     if not wanted:
         Path(__file__).with_suffix(".md").write_text(report(checked), encoding="utf-8")
     return int(wrong > 0)

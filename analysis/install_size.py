@@ -1,4 +1,4 @@
-"""Size and import time of every dependency, and what installing takes, written into docs/install.md.
+"""Size of every dependency, and what installing takes, written into docs/install.md.
 
 Run it with the Python of an environment that holds `pip install .` and nothing else: `python analysis/install_size.py`.
 Packages should be in the caches of pip and uv already.
@@ -12,7 +12,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -21,8 +20,6 @@ from gd_analyze.files import write_text
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "install.md"
-MODULES = {"pin": "pinocchio", "pyyaml": "yaml", "pillow": "PIL"}
-TRIES = 5
 COMMANDS = ("pip install .", "pip install --no-compile .", "pip wheel --no-deps .", "uv pip install .")
 
 
@@ -64,33 +61,16 @@ def megabytes(names: set[str]) -> float:
     return sum(path.stat().st_size for path in paths if path.is_file()) / 1e6
 
 
-def seconds(statement: str) -> float:
-    """Least time of a Python process that executes a statement."""
-    times = []
-    for _ in range(TRIES):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", statement], check=True)
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
 def table() -> str:
     """A row for each dependency; what several need counts for the first of them."""
-    direct, seen = sorted(set(required("gd-analyze"))), {"gd-analyze"}
-    bare, numpy = seconds("pass"), seconds("import numpy")
-    rows, order = [], ["numpy", *(name for name in direct if name != "numpy")]
-    for name in order:
+    direct, seen, rows = sorted(set(required("gd-analyze"))), {"gd-analyze"}, []
+    for name in ["numpy", *(name for name in direct if name != "numpy")]:
         others = closure(name) - seen - set(direct) | {name}
         seen |= others
-        before, statement = (bare, "") if name == "numpy" else (numpy, "import numpy, ")
-        module = MODULES.get(name, name.replace("-", "_"))
-        taken = max(seconds(f"{statement or 'import '}{module}") - before, 0.0)
-        rows.append((megabytes(others), f"| {name} | {megabytes(others):.1f} | {taken:.2f} |\n"))
-    own = f"| gd-analyze | {megabytes({'gd-analyze'}):.1f} | {max(seconds('import gd_analyze') - bare, 0.0):.2f} |\n"
-    total = f"| all | {megabytes(seen):.0f} | |\n"
-    rows.sort(key=lambda row: -row[0])
-    head = "| library | MB | import, s |\n| --- | --- | --- |\n"
-    return head + "".join(row for _, row in rows) + own + total
+        rows.append((megabytes(others), name))
+    rows.sort(reverse=True)
+    rows += [(megabytes({"gd-analyze"}), "gd-analyze"), (megabytes(seen), "all")]
+    return "| library | MB |\n| --- | --- |\n" + "".join(f"| {name} | {size:.1f} |\n" for size, name in rows)
 
 
 def installing() -> str:

@@ -11,6 +11,7 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -36,7 +37,7 @@ COLOURS = {
     "zero": "#ffffff",
 }
 DARK = ("translation", "rotation", "both", "gravity")
-FONT = {"font.size": 18, "axes.titlesize": 20, "axes.labelsize": 18}
+FONT: dict[Any, Any] = {"font.size": 18, "axes.titlesize": 20, "axes.labelsize": 18}
 
 
 def slide(title: str) -> Figure:
@@ -88,8 +89,9 @@ def key(figure: Figure, height: float) -> None:
     lines = figure.axes[-1].lines
     dashed = next(line for line in lines if line.get_linestyle() == "--")
     handles, names = [lines[0], lines[1], dashed], ("whole", "translation", "rotation")
-    where = {"loc": "lower left", "bbox_to_anchor": (0.03, 0.01)}
-    figure.legend(handles, names, ncols=3, fontsize=19, frameon=False, **where)
+    figure.legend(
+        handles, names, loc="lower left", bbox_to_anchor=(0.03, 0.01), ncols=3, fontsize=19, frameon=False
+    )
     note = "set points 1 to 31; T, R: effects that represent the element within 10 % of its peak"
     for k, line in enumerate(textwrap.wrap(note, 90 if height > 0.5 else 48)):
         figure.text(0.03, height - 0.045 * k, line, fontsize=17, va="center")
@@ -101,7 +103,9 @@ def verdict_lists(links: gd.types.Findings) -> Figure:
     ax = figure.add_axes((0.02, 0.02, 0.96, 0.88))
     ax.set_axis_off()
     ax.set(xlim=(0, 3), ylim=(10.6, -0.6))
-    text = gd.tables.text_verdicts(ARM).verdicts
+    stated = gd.tables.text_verdicts(ARM)
+    assert stated is not None  # the text's own arm
+    text = stated.verdicts
     ours = links.dominance.dominant.to_series()
     agree = sum(ours[element] == verdict for element, verdict in text.items())
     for k, (element, verdict) in enumerate(text.items()):
@@ -144,7 +148,9 @@ def matrix(findings: gd.types.Findings) -> Figure:
     ax.set(xlim=(-0.1, 8.9), ylim=(6.1, -0.1))
     verdicts = findings.dominance.verdict.to_series()
     shares = findings.dominance.torque_share.to_series()
-    places = {f"D{i}{j}": (j - 1, i - 1) for i in range(1, 7) for j in range(i, 7)}
+    places: dict[str, tuple[float, float]] = {
+        f"D{i}{j}": (j - 1, i - 1) for i in range(1, 7) for j in range(i, 7)
+    }
     places |= {f"h{i}": (6.6, i - 1) for i in range(1, 7)} | {f"c{i}": (7.8, i - 1) for i in range(1, 7)}
     for name, (x, y) in places.items():
         verdict = verdicts.get(name, "zero")

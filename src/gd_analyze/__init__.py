@@ -16,7 +16,7 @@ import importlib
 
 import lazy_loader
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"
 
 # The stub lists what is public, with the module of each name, which is imported when the name is first used:
 # no command loads what it does not need.
