@@ -234,9 +234,7 @@ def claims() -> list[Claim]:
             trajectories,
             f"| {row} | {{}} | {{}} |",
             f"gd-analyze simplify puma560 {' '.join(motions)} --budget ...",
-            lambda motions=motions: tuple(
-                apart(near(motions, budget)) for budget in ("1%", "1% or 10% friction")
-            ),
+            partial(of_several, motions),
         )
         for row, motions in [*((f"`{name}`", (name,)) for name in MOTIONS), ("all three", MOTIONS)]
     ]
@@ -285,10 +283,7 @@ def claims() -> list[Claim]:
             README,
             "[{} chains of published robots](analysis/arms_as_published.md) were tried; {} were refused or given up",
             "python analysis/arms_as_published.py",
-            lambda: (
-                matched("arms_as_published", r": (\d+) chains")
-                + matched("arms_as_published", r"(\d+) of these refused")
-            ),
+            chains_tried,
         ),
         Claim(
             README,

@@ -56,8 +56,9 @@ def thicken(axes: Iterable[Axes], size: int) -> None:
         ax.set(xlabel="", ylabel="")
         for line in ax.lines:
             line.set_linewidth(2.4)
-        if ax.get_legend() is not None:
-            ax.get_legend().remove()
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
 
 
 def fig_3_10(links: gd.types.Findings) -> Figure:

@@ -1,4 +1,4 @@
-"""Figures of README and pages are those of analysis/claims.md; those of the three-minute page are computed anew."""
+"""Figures of README and pages are those of analysis/claims.md; those of the first page are computed anew."""
 
 from __future__ import annotations
 
