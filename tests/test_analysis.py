@@ -77,6 +77,7 @@ def test_the_rule_of_1986_is_rebuilt() -> None:
     assert 0.005 < module.largest_shares(dynamics, ruled).max() < 0.02
 
 
+@pytest.mark.slow
 def test_the_arms_of_psdm_are_those_of_their_table() -> None:
     module = study("psdm_measure")
     ours = module.dynamics_of("SCARA")
@@ -92,7 +93,6 @@ def test_the_arms_of_psdm_are_those_of_their_table() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("numba")
 def test_the_study_of_published_arms_is_up_to_date() -> None:
     if find_spec("frax") is None:
         pytest.skip("frax, whose URDF files this reads, is not installed")

@@ -20,6 +20,7 @@ from gd_analyze.simplification.trade_off import trade_off
 from gd_analyze.studies.comparison import comparison
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import Settings
+from long_cases import long
 
 
 @pytest.fixture(scope="module")
@@ -57,9 +58,9 @@ SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.types.Budget.
 @pytest.mark.parametrize(
     ("arm", "motion", "settings"),
     [
-        ("puma560", "pick-and-place", Settings(drives=True)),
+        long("puma560", "pick-and-place", Settings(drives=True)),
         ("puma560", "pick-and-place", Settings(level="element")),
-        pytest.param("puma560", "pick-and-place", SLOW, marks=pytest.mark.slow),
+        long("puma560", "pick-and-place", SLOW),
         ("two_link", "two-link-swing", Settings(operations=20)),
     ],
 )

@@ -18,6 +18,7 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
+from long_cases import long_but
 from parallel_axes import arm_of, scara
 from recordings import swinging
 from strategies import random_states
@@ -51,9 +52,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     assert model.operations.total <= exact.form.operations.total
 
 
-@pytest.mark.parametrize(
-    "make", [pytest.param(make, marks=pytest.mark.slow) if "seven" in make else make for make in MAKES]
-)
+@pytest.mark.parametrize("make", long_but(("a pendulum", "a lift", "a scara"), MAKES))
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.
@@ -62,6 +61,7 @@ def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     assert_goes_through(made, tmp_path / "results")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("level", ["term", "energy"])
 def test_a_million_terms_are_refused_with_the_level_that_takes_them(level):
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))

@@ -14,6 +14,7 @@ import pytest
 KILLS = int(os.environ.get("GD_ANALYZE_KILLS", "9"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL and fork, which only POSIX has")
 def test_kills(tmp_path):
     words = [sys.executable, str(Path(__file__).parent / "kills.py"), str(tmp_path), str(KILLS), "1987"]

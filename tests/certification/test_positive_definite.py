@@ -18,6 +18,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
+from long_cases import long
 from made_models import exact_model, model_of
 from recordings import swinging
 from strategies import arms, examples, motions
@@ -82,7 +83,7 @@ def test_no_position_of_a_tube_falls_below_it(case, seed, effort, most, level):
     assert eigenvalues(model, shown.position)[0] == pytest.approx(shown.smallest_found, rel=0, abs=slack)
 
 
-@pytest.mark.parametrize("motion", ["pick-and-place", "large-slew", "wrist-move"])
+@pytest.mark.parametrize("motion", ["pick-and-place", long("large-slew"), long("wrist-move")])
 def test_along_a_motion_it_is_below_pinocchios_and_close(puma, motion):
     tube = gd.types.Tube.along(puma, gd.read_trajectory(motion, puma))
     shown = gd.certify_positive_definite(exact_model(puma, True, TERM), tube)
@@ -129,6 +130,7 @@ def test_the_two_rods_have_the_eigenvalue_of_their_stretched_pose(two_link):
     assert 0.98 * smallest < shown.proven <= smallest
 
 
+@pytest.mark.slow
 def test_the_puma_is_positive_definite(puma):
     for drives in (False, True):
         exact = gd.certify_positive_definite(exact_model(puma, drives))

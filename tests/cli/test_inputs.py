@@ -19,6 +19,7 @@ from gd_analyze.formulas.writing import element_formula
 from gd_analyze.motions.profiles import PROFILES
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import fingerprint
+from long_cases import long
 from robot_files import TWO_ARMS, fingers, link, two_joints
 
 # The moments are 0.03, 0.04 and 0.05 but for products; 0.15 is more than the others by half of itself.
@@ -129,8 +130,8 @@ FINGERS = two_joints(*fingers())
 @pytest.mark.parametrize(
     ("robot", "heading", "arm"),
     [
-        (TWO_ARMS, "t,right_0,right_1,right_2", ["right_0", "right_1", "right_2"]),
-        (TWO_ARMS, "t,pos.left_0,pos.left_1,pos.left_2,gripper", ["left_0", "left_1", "left_2"]),
+        long(TWO_ARMS, "t,right_0,right_1,right_2", ["right_0", "right_1", "right_2"]),
+        long(TWO_ARMS, "t,pos.left_0,pos.left_1,pos.left_2,gripper", ["left_0", "left_1", "left_2"]),
         (TWO_ARMS, "t,right_0_position,right_1_position", ["right_0", "right_1"]),
         (FINGERS, "t,shoulder,elbow", ["shoulder", "elbow"]),
         (TWO_ARMS, "t,left_0,left_1,left_2,right_0,right_1,right_2", None),
@@ -158,7 +159,7 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
 @pytest.mark.parametrize(
     ("factor", "speed", "limit", "cause"),
     [
-        (1.0, 50.0, 5.0, "velocities reach"),
+        long(1.0, 50.0, 5.0, "velocities reach"),
         (100.0, 1.0, 5.0, "are they degrees, encoder counts or motor angles"),
         (1.0, 1.0, 0.02, "check masses, gravity, payload and the limit"),
     ],
@@ -241,10 +242,10 @@ def test_a_wrong_option_is_told_before_files_are_read(run, here, option):
     assert "nowhere" not in told.err
 
 
-def test_standard_input(process):
+def test_standard_input(process, run):
     told = process("columns two_link - --json", input=LOG).json
     assert (told["log"], told["rows"]) == ("stdin", 200)
-    planned = process("plan two_link --from 0,0 --to 60,-45 --duration 2")
+    planned = run("plan two_link --from 0,0 --to 60,-45 --duration 2")
     result = process("two_link - --format json --json", input=planned.out)
     assert result.json["trajectory"] == "stdin"
 

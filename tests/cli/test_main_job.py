@@ -16,6 +16,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
+from long_cases import long
 from recordings import swung
 
 
@@ -74,17 +75,17 @@ def test_everything_is_written_and_agrees(run, here):
     assert "proven" in found["headline"]
 
 
-def test_the_answer_fits_one_screen(run, here):
+@pytest.mark.parametrize("level", [long(""), " --level element"], ids=["usual", "element"])
+def test_the_answer_fits_one_screen(run, here, level):
     """45 rows: headline, verdicts, equations, budgets, errors and files; JSON has all elements."""
-    for level in ("", " --level element"):
-        result = run(f"puma560 pick-and-place{level}")
-        lines = result.out.splitlines()
-        assert len(lines) <= 45
-        assert max(map(len, lines)) <= 80
-        _, _, files = result.words.partition("wrote ")
-        folder = f"puma560-pick-and-place{level.replace(' --', '-').replace(' ', '-')}"
-        assert files.split() == f"reports/{folder}: {', '.join(RESULT_FILES.values())}".split()
-    found = run("report reports/puma560-pick-and-place-level-element/analysis.h5 --format csv --json").json
+    result = run(f"puma560 pick-and-place{level} --format h5,json,csv")
+    lines = result.out.splitlines()
+    assert len(lines) <= 45
+    assert max(map(len, lines)) <= 80
+    _, _, files = result.words.partition("wrote ")
+    folder = f"reports/puma560-pick-and-place{level.replace(' --', '-').replace(' ', '-')}"
+    assert files.split() == [f"{folder}:", "analysis.h5,", "model.json,", "dominance.csv"]
+    found = run(f"report {folder}/analysis.h5 --format csv --json").json
     listed = found["verdicts"]
     by_verdict = {row["element"]: row["verdict"] for row in found["dominance"]}
     for name in ("translation", "rotation", "both", "drive", "negligible", "zero"):

@@ -142,7 +142,7 @@ def test_a_program_is_shown_as_named_steps(run, here, monkeypatch):
     assert all(row["largest_error"] <= row["allowed_error"] for row in found["joints"])
 
 
-@pytest.mark.xdist_group("numba")
+@pytest.mark.slow
 def test_a_search_stopped_early_says_so(run):
     told = run(f"{TWO} --level fast --budget 10% --within 0.001 --json").json
     assert any("stopped after 0.001 s" in notice for notice in told["notices"])

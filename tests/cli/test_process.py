@@ -20,6 +20,7 @@ from program import PROGRAM
 import gd_analyze as gd
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.effort import kept_program
+from long_cases import long
 
 SLOW = {"numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio"}
 SLOW |= {"typst", "jinja2", "pydantic", "rich"}
@@ -177,13 +178,14 @@ store.write_tables = half"""
 
 
 @POSIX
+@pytest.mark.parametrize("delays", [(0.05, 0.15, 0.3, 0.8), long((0.1, 0.2, 0.5))], ids=["some", "others"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number):
+def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number, delays):
     """From our first import to the end; the clock starts once Python runs, which a busy machine delays."""
     ready = "import signal, sys, gd_analyze\nsignal.signal(2, signal.default_int_handler)\n"
     ready += "sys.argv[0] = 'gd-analyze'\nprint('ready', flush=True)\n"
     command = [sys.executable, "-c", ready + PROGRAM]
-    for delay in (0.05, 0.1, 0.15, 0.2, 0.3, 0.5, 0.8):
+    for delay in delays:
         work = subprocess.Popen(
             [*command, "rank", "two_link", "two-link-swing"], stderr=subprocess.PIPE, stdout=subprocess.PIPE
         )
@@ -267,7 +269,7 @@ def test_progress_on_a_terminal_and_not_when_quiet(on_terminal, motion, quiet):
     assert ("Verdicts at 1%" in shown) == (not quiet)
 
 
-@pytest.mark.parametrize("quiet", ["", "--quiet"])
+@pytest.mark.parametrize("quiet", ["", long("--quiet")])
 def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion, quiet):
     done = process(f"two_link gentle.csv --format json {quiet}", silent=0)
     told = [line.split(", after ")[0] for line in done.err.splitlines()]

@@ -1,4 +1,8 @@
-"""Commands and Python blocks of README and docs run in order, a folder per page, and print what is shown."""
+"""Commands and Python blocks of README and docs run in order, a folder per page, and print what is shown.
+
+Short pages run always, the others and README in the long tests. Of all pages every command is parsed and
+every Python block compiled.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,7 @@ import pytest
 from markdown_pages import ROOT, Block, blocks
 
 from gd_analyze.cli import main
+from gd_analyze.cli.app import app
 
 NOT_RUN, PRINTED = "not run", "printed"
 README = ROOT / "README.md"
@@ -34,9 +39,35 @@ def runnable(path: Path) -> list[Block]:
 
 
 # The gallery's commands are run by analysis/gallery.py, which writes the page.
-PAGES = [
+PAGES = [README] + [
     page for page in sorted((ROOT / "docs").rglob("*.md")) if runnable(page) and page.name != "gallery.md"
 ]
+# Pages whose blocks take more than three seconds.
+LONG = {
+    "README.md",
+    "certificate.md",
+    "control.md",
+    "controllers.md",
+    "dominance.md",
+    "export.md",
+    "identification.md",
+    "measured_torque.md",
+    "python.md",
+    "reading.md",
+    "simplification.md",
+    "simulation.md",
+    "sweep.md",
+    "three_minutes.md",
+    "trajectories.md",
+}
+
+
+def name_of(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+def test_long_pages_exist():
+    assert {page.name for page in PAGES} >= LONG
 
 
 @pytest.fixture
@@ -52,6 +83,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return work
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the page's commands are for a POSIX shell")
 def test_the_readme_runs_in_a_shell(folder: Path):
     program = folder.parent / "bin" / "gd-analyze"
@@ -71,7 +103,24 @@ def test_the_readme_runs_in_a_shell(folder: Path):
     assert (folder / "controller" / "my_robot.c").exists()
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_the_blocks_can_be_parsed(page: Path, folder: Path):
+    for block in runnable(page):
+        if block.language == "python":
+            compile(block.text, f"{page.name}, line {block.line}", "exec")
+            continue
+        for command in commands(block):
+            words = shlex.split(command, comments=True)[1:]
+            context = app.make_context("gd-analyze", words)
+            name, verb, rest = app.resolve_command(context, [*context._protected_args, *context.args])
+            verb.make_context(name, rest, parent=context)
+
+
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=pytest.mark.slow) if page.name in LONG else page for page in PAGES],
+    ids=name_of,
+)
 def test_the_blocks_run(page: Path, folder: Path, capsys: pytest.CaptureFixture[str]):
     for block in runnable(page):
         if block.language == "python":

@@ -13,9 +13,15 @@ from markdown_pages import ROOT
 
 FOLDER = ROOT / "docs" / "tutorials"
 SCRIPTS = sorted(FOLDER.glob("*.py"))
+# The one that goes from a file to compiled code runs always, the others in the long tests.
+QUICK = "urdf_to_controller"
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.stem)
+@pytest.mark.parametrize(
+    "script",
+    [script if script.stem == QUICK else pytest.param(script, marks=pytest.mark.slow) for script in SCRIPTS],
+    ids=lambda script: script.stem,
+)
 def test_they_run(script: Path, tmp_path: Path) -> None:
     if "gcc" in script.read_text(encoding="utf-8") and shutil.which("gcc") is None:
         pytest.skip("gcc compiles the controller, and is not installed")

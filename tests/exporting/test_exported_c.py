@@ -18,6 +18,7 @@ from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_
 import gd_analyze as gd
 from gd_analyze.exporting.export import written
 from gd_analyze.simplification.effort import program_inputs
+from long_cases import long
 
 pytestmark = needs_gcc
 # What the generated code calls, and what a compiler may put in for a loop that copies or a sum of both.
@@ -55,7 +56,7 @@ def test_single_precision_computes_in_single_precision(tmp_path):
         called("gcc", "-std=c99", *STRICT, *words, "-c", source, "-o", source.with_suffix(".o"))
 
 
-@pytest.mark.parametrize("case", ["two_link", "puma560 fast", "stanford energy"])
+@pytest.mark.parametrize("case", ["two_link", "puma560 fast", long("stanford energy")])
 def test_single_precision_errs_no_more_than_its_header_says(case, tmp_path):
     what, drawn = subject(case), states(case)
     results, (bulk,) = run_compiled(what, "c", drawn, tmp_path, "float", (1000,))

@@ -20,10 +20,22 @@ from few_tries import few_tries
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.simplification.exact import ExactForm
+from long_cases import long, long_but
 from made_models import ROUND_OFF
 from strategies import arms, examples, random_states
 
 ALL = (*CASES, *ODD, "weightless decomposition", "spins decomposition")
+# Of every arm, level and kind of function one that is compiled soon.
+COMPILED = (
+    "two_link",
+    "two_link element",
+    "two_link energy",
+    "puma560 term",
+    "two_link further",
+    *FEW[:2],
+    *ODD,
+)
+IMPORTED = ("python", "casadi")
 # Of many states at once: none, one, a block less one, a block, a block and one, all.
 COUNTS = (0, 1, 7, 8, 9, 200)
 NONE = [0.0, 0.0]
@@ -51,7 +63,7 @@ def jax():
 
 
 @needs_gcc
-@pytest.mark.parametrize("case", ALL)
+@pytest.mark.parametrize("case", long_but(COMPILED, ALL))
 def test_c_gives_what_the_model_gives(case, tmp_path):
     what, drawn = subject(case), states(case)
     results, bulk = run_compiled(what, "c", drawn, tmp_path, counts=COUNTS)
@@ -73,8 +85,7 @@ def assert_same_at_once(what, drawn, bulk):
     ("language", "case"),
     [
         *(pytest.param("cpp", case, marks=needs_gpp) for case in (*FEW, "puma560 term", *ODD)),
-        *(("python", case) for case in ALL),
-        *(("casadi", case) for case in ALL),
+        *((name, case) if case in COMPILED else long(name, case) for name in IMPORTED for case in ALL),
         *(("jax", f"two_link {what}") for what in ("element", "fast", "decomposition", "further")),
     ],
 )

@@ -12,8 +12,9 @@ from exported_cases import subject
 from running import STRICT, called, needs, needs_gcc, needs_gpp
 
 from gd_analyze.exporting.export import written
+from long_cases import long
 
-CASES = ("two_link further", "two_link term", "stanford decomposition")
+CASES = ("two_link term", "two_link further", "stanford decomposition")
 MATLAB = ("octave", "--no-gui", "--no-init-file", "--quiet")
 SOURCES = {"c": ".c", "cpp": ".hpp", "python": ".py", "matlab": ".m"}
 BUILT = {
@@ -34,7 +35,7 @@ def passes(language: str, name: str, folder: Path) -> bool:
     return subprocess.run(command, cwd=folder, capture_output=True, check=False).returncode == 0
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [CASES[0], *map(long, CASES[1:])])
 @pytest.mark.parametrize(
     "language",
     [

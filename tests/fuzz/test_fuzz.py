@@ -37,6 +37,7 @@ def test_what_is_not_changed_is_read(name, folder):
         assert _held_against(Plan(base, ()), name, folder)
 
 
+@pytest.mark.hypothesis
 @pytest.mark.parametrize("name", FORMATS)
 def test_changed_files_are_read_soundly_or_refused(name, folder):
     @examples(COUNTS[name])

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +15,15 @@ import pytest
 import uncompiled
 
 import gd_analyze as gd
+import gd_analyze.program_search as package
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.program_search.layout import Layout, Nodes, copied
+from gd_analyze.simplification import fast_search
 from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.fast_search import FastSettings
 
 PRICE = 4.0
 # Kernels and programs evaluate the same steps, but the order of operands: eps of parts of a torque, which is
@@ -130,6 +133,23 @@ def test_a_seed_gives_the_same_again_and_another_does_not():
     assert other != first
 
 
+def test_level_fast_holds_near_a_motion(monkeypatch, two_link, swing):
+    """From the arm to the proof, with few tries of the kernels uncompiled."""
+    sizes = uncompiled.search.SearchSizes(active=60, few=12, watched=300)
+    few = partial(uncompiled.search.ProgramSearch, sizes=sizes)
+    monkeypatch.setattr(uncompiled.search, "ProgramSearch", few)
+    monkeypatch.setattr(package, "search", uncompiled.search, raising=False)
+    monkeypatch.setitem(sys.modules, f"{package.__name__}.kernels", uncompiled.kernels)
+    monkeypatch.setattr(fast_search, "USUAL_FAST", FastSettings(searches=2, fresh=1))
+    with np.errstate(over="ignore"):  # hashes of whole numbers of 64 bits
+        model = gd.simplify(two_link, swing, "20%", level="fast", effort=0.0005)
+    assert model.operations.total < model.operations_full.total
+    assert structure_fault(model.program) == ""
+    certificate = gd.certify(model, gd.types.Tube.along(two_link, swing))
+    assert certificate.within(model.accuracy.allowed).all()
+    np.testing.assert_array_equal(model.accuracy.certificate.certified, certificate.certified)
+
+
 def assert_holds(case: Case, found: Nodes, share: Any = 1.0) -> None:
     assert case.errors(found, share).max() <= LIMIT * ROUNDED
 
@@ -147,7 +167,7 @@ def compiled_search(case: Case, pool: int, **sizes: int) -> Any:
     )
 
 
-@pytest.mark.xdist_group("numba")
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_found_holds_at_the_whole_pool(seed):
     """Which is twenty times what is watched."""
@@ -176,7 +196,7 @@ def test_what_is_found_holds_at_the_whole_pool(seed):
     assert plain_program(case.layout.program(again)) == plain_program(case.layout.program(found))
 
 
-@pytest.mark.xdist_group("numba")
+@pytest.mark.slow
 def test_a_search_ends_when_it_is_told_to():
     case = Case(500)
     search = compiled_search(case, 500)
@@ -190,7 +210,7 @@ def test_a_search_ends_when_it_is_told_to():
     assert search.cost(search.run(found, 1, 0)) <= search.cost(found)
 
 
-@pytest.mark.xdist_group("numba")
+@pytest.mark.slow
 def test_after_states_are_added_and_less_is_allowed_it_holds_again():
     case = Case(3000)
     # Few of the states at first, so that what is found fails at others.
@@ -233,7 +253,6 @@ print(json.dumps([written(case.layout.program(nodes)) for nodes in (found, furth
 
 
 @pytest.mark.slow
-@pytest.mark.xdist_group("numba")
 def test_with_bounds_checked_it_finds_the_same(tmp_path):
     folder = Path(__file__).parent
     places = [str(folder), str(folder.parent), os.environ.get("PYTHONPATH", "")]

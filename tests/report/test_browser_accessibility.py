@@ -14,6 +14,7 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.comparison import comparison
+from long_cases import long
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 
@@ -27,7 +28,7 @@ def violations(tab: Tab) -> list[str]:
     return [f"{one['id']}: {one['nodes'][0]['html']}" for one in found["violations"]]
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(WIDE, "light"), (NARROW, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), [long(WIDE, "light"), (NARROW, "dark")])
 def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) -> None:
     with opened(browser, file, width, color_scheme=scheme, reduced_motion="reduce") as tab:
         tab.drag_budget(20)

@@ -1,4 +1,8 @@
-"""Level fast: what a search finds holds, costs no more, is the same again, and may be stopped."""
+"""Level fast: what a search finds holds, costs no more, is the same again, and may be stopped.
+
+Compiling the search takes more than a minute of processor time, so that what needs it is a long test;
+test_searching runs the same search uncompiled.
+"""
 
 from __future__ import annotations
 
@@ -23,9 +27,6 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
 from recordings import swung
 from strategies import random_states
-
-# The search is compiled once, in one process, which takes a minute.
-pytestmark = pytest.mark.xdist_group("numba")
 
 # Of the usual effort: a second.
 QUICK = SearchOptions("fast", effort=0.02)
@@ -70,6 +71,7 @@ def test_a_level_is_known_by_its_name_or_as_itself():
     assert caught.value.details["expected"] == "term, element, energy, fast"
 
 
+@pytest.mark.slow
 def test_near_a_motion_it_holds_and_is_the_same_again(two_link, swing):
     models = [gd.simplify(two_link, swing, "10%", level="fast", effort=0.02) for _ in range(2)]
     model, again = models
@@ -89,6 +91,7 @@ def test_near_a_motion_it_holds_and_is_the_same_again(two_link, swing):
     assert model.accuracy.steps[-1].operations == model.operations.total
 
 
+@pytest.mark.slow
 def test_near_each_of_several_motions_its_own_budget_holds(two_link):
     motions = [swung(20.0, "slow"), swung(2.2, "fast")]
     model = gd.simplify(two_link, motions, "20%", level="fast", effort=0.02)
@@ -100,6 +103,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link):
         assert errors_in(model.stating(own), gd.types.Tube.along(two_link, motion), 1000, 2).max() <= ROUNDED
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("certified", [False, True])
 def test_within_limits_it_holds(two_link, certified):
     exact, box = (
@@ -117,6 +121,7 @@ def test_within_limits_it_holds(two_link, certified):
     assert errors_at(held.model, states).max() <= ROUNDED
 
 
+@pytest.mark.slow
 def test_at_set_points_of_six_joints_with_drives(puma, pick_and_place):
     exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives=True)
     model = simplify_exact(exact, "1%", QUICK)
@@ -131,18 +136,21 @@ def test_at_set_points_of_six_joints_with_drives(puma, pick_and_place):
     )
 
 
+@pytest.mark.slow
 def test_a_budget_of_hardly_anything_gives_the_exact_torque(two_link, swing):
     model = gd.simplify(two_link, swing, "1e-9%", level="fast", effort=0.02)
     assert model.is_exact
     assert plain_program(model.program) == plain_program(model.form.program)
 
 
+@pytest.mark.slow
 def test_a_budget_above_the_torque_leaves_nothing(two_link, swing):
     model = gd.simplify(two_link, swing, "1000%", level="fast", effort=0.02)
     assert model.operations.total == 0
     assert errors_in(model, gd.types.Tube.along(two_link, swing), 1000, 6).max() <= ROUNDED
 
 
+@pytest.mark.slow
 def test_a_search_ends_when_its_time_is_over(two_link, swing):
     exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
     held = simplify_held(exact, "10%", tube, SearchOptions("fast", within=0.001))
@@ -153,6 +161,7 @@ def test_a_search_ends_when_its_time_is_over(two_link, swing):
     assert unlimited.stopped == ""
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_gives_the_best_that_holds(two_link, swing):
     exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
     saved = []
@@ -169,6 +178,7 @@ def test_an_interrupted_search_gives_the_best_that_holds(two_link, swing):
     assert errors_in(held.model, tube, 2000, 4).max() <= ROUNDED
 
 
+@pytest.mark.slow
 def test_progress_counts_the_operations_saved(two_link, swing):
     """With sines and cosines at no price these are operations alone."""
     exact, saved = gd.types.ExactDynamics.of(two_link, swing), []

@@ -125,36 +125,36 @@ def test_the_highest_bump_of_a_low_degree_is_found(moving):
     assert not np.delete(apart, 3).any()
 
 
-def test_a_forged_entry_of_the_cache_is_written_anew(puma, tmp_path, monkeypatch):
+def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeypatch):
     """Nothing is wrong at the states that earlier versions looked at, nor in the number of operations."""
-    puma = replace(puma, name="another")  # whose program is not shipped
+    arm = replace(two_link, name="another")  # whose program is not shipped
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
     effort.kept_program.cache_clear()
-    honest = ExactForm(puma).program
+    honest = ExactForm(arm).program
     (entry,) = tmp_path.iterdir()
     name = entry.name.removesuffix(".gd.json")
     assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
     trace = Trace()
-    q2 = trace.inputs("q", 6)[1, 0]
+    q2 = trace.inputs("q", 2)[1, 0]
     value, wave = honest.folded(trace, {}), 1.0
-    for known in np.random.default_rng(0).uniform(-3.0, 3.0, (3, 4, 6))[0, :2, 1]:
+    for known in np.random.default_rng(0).uniform(-3.0, 3.0, (3, 4, 2))[0, :2, 1]:
         wave = wave * np.sin(q2 - float(known))
     forged = Program.of(trace, [value(x) + 0.01 * wave for x in honest.outputs])
     for bad in (forged, program_of(lambda q, qd, qdd: 0.0 * q[0] + qd[0] * qd[1] * qd[2])):
         cache.keep(name, plain_program(bad))
         effort.kept_program.cache_clear()
-        again = ExactForm(puma).program
+        again = ExactForm(arm).program
         assert plain_program(again) == plain_program(honest)
         assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
     # One that computes the same in more operations than the recursion would make savings look larger.
     trace = Trace()
     value, spare = honest.folded(trace, {}), 0.0
-    for k, input_ in enumerate(trace.inputs("q", 6)[:, 0]):
-        for j in range(30):
+    for k, input_ in enumerate(trace.inputs("q", 2)[:, 0]):
+        for j in range(60):
             spare = spare + np.sin(input_ + (1.0 + j + 100.0 * k))
     cache.keep(name, plain_program(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs])))
     effort.kept_program.cache_clear()
-    assert ExactForm(puma).program.count == honest.count
+    assert ExactForm(arm).program.count == honest.count
 
 
 def test_models_are_not_kept(puma, tmp_path, monkeypatch):

@@ -35,6 +35,7 @@ from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.studies.comparison import count_cost
 from gd_analyze.studies.simplifying import simplify
+from long_cases import long, long_but
 from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
 
@@ -70,7 +71,12 @@ def test_no_formulation_takes_fewer(name):
         assert ExactForm(arm, drives=True).operations.total <= 285
 
 
-@pytest.mark.parametrize("path", shipped("programs", ".json").values(), ids=lambda path: path.stem)
+SHIPPED = shipped("programs", ".json")
+
+
+@pytest.mark.parametrize(
+    "path", long_but([SHIPPED["puma560-drives"]], SHIPPED.values()), ids=lambda path: path.stem
+)
 def test_a_shipped_program_is_used_where_it_is_right(path, place):
     """It takes fewer operations than a second finds; another arm of that name gets its own."""
     name, _, drives = path.stem.partition("-")
@@ -262,7 +268,7 @@ def test_every_way_has_the_value_of_the_terms(case):
     assert programs[THOROUGH].count.total <= min(programs[effort].count.total for effort in (ROUGH, COUNTING))
 
 
-@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), ("puma560", 580), ("stanford", 460)])
+@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), long("puma560", 580), ("stanford", 460)])
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     form = ExactForm(load_arm(name))

@@ -5,7 +5,6 @@ Everything is compared with Pinocchio, which shares no code with the search.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
+from long_cases import long
 from recordings import swinging
 from strategies import random_inertia
 
@@ -78,14 +78,14 @@ def case_of(name: str) -> Case:
 
 NAMES = [
     "puma560 pick-and-place",
-    "puma560 pick-and-place without",
-    "puma560 large-slew",
-    "puma560 wrist-move",
-    "stanford planned",
+    long("puma560 pick-and-place without"),
+    long("puma560 large-slew"),
+    long("puma560 wrist-move"),
+    long("stanford planned"),
     "scara planned",
     "two_link two-link-swing",
-    pytest.param("seven with drives", marks=pytest.mark.slow),
-    pytest.param("seven", marks=pytest.mark.slow),
+    long("seven with drives"),
+    long("seven"),
 ]
 
 
@@ -180,18 +180,21 @@ def test_the_budget_holds_near_the_motion(case, model, tube):
 
 
 @pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
-def test_gamma_at_the_states_of_a_search_is_what_it_is(puma, pick_and_place, level):
+@pytest.mark.parametrize(
+    ("drives", "budget"), [(True, "1%"), (False, "10%"), long(True, "10%"), long(False, "1%")]
+)
+def test_gamma_at_the_states_of_a_search_is_what_it_is(puma, pick_and_place, level, drives, budget):
     """Where no states but those are drawn, it is a number that can be recomputed."""
-    for drives, budget in itertools.product((True, False), ("1%", "10%")):
-        exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives)
-        model = simplify_exact(exact, budget, SearchOptions(level, effort=0.2))
-        case = Case(puma, pick_and_place, drives)
-        gamma = gammas_of(case.inertia(pick_and_place.q), model.inertia(pick_and_place.q)).max()
-        # Without drives D is divided by 1e-5 of its largest element.
-        assert model.accuracy.gamma == pytest.approx(gamma, rel=1e-6, abs=1e-9)
-        assert gamma < 1.0
+    exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives)
+    model = simplify_exact(exact, budget, SearchOptions(level, effort=0.2))
+    case = Case(puma, pick_and_place, drives)
+    gamma = gammas_of(case.inertia(pick_and_place.q), model.inertia(pick_and_place.q)).max()
+    # Without drives D is divided by 1e-5 of its largest element.
+    assert model.accuracy.gamma == pytest.approx(gamma, rel=1e-6, abs=1e-9)
+    assert gamma < 1.0
 
 
+@pytest.mark.slow
 def test_an_arm_of_seven_joints_without_drives_has_a_usable_inertia():
     """Chosen by torque alone, its D would not be: light directions are differences of large terms."""
     case = case_of("seven")

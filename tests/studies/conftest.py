@@ -1,17 +1,23 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
-from formulation_costs import Growth, growth
+import formulation_costs
+from formulation_costs import Growth
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control import ControlStudy, control
 from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
 from gd_analyze.studies.simplifying import simplify
 
 
-@pytest.fixture(scope="session")
-def grown() -> Growth:
-    return growth()
+@pytest.fixture(scope="module")
+def grown() -> Iterator[Growth]:
+    """Six counts from three joints on: five fix a polynomial of the fourth degree, the sixth tests it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(formulation_costs, "SIZES", tuple(range(1, 9)))
+        yield formulation_costs.growth()
 
 
 @pytest.fixture(scope="session")

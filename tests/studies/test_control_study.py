@@ -19,6 +19,7 @@ from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, SIMPLIFIED, WITHOUT_H, Reference
 from gd_analyze.studies.control_result import budget_for_tolerance, control_result, good_enough
+from long_cases import long
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -48,7 +49,7 @@ def test_what_is_expected_is_what_is_simulated_and_who_knows_more_tracks_better(
     assert sorted(order) == order
 
 
-@pytest.mark.parametrize("degrees", [0.01, 0.1, 1.0])
+@pytest.mark.parametrize("degrees", [long(0.01), 0.1, long(1.0)])
 def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, degrees):
     """A model as rough as the tolerance allows: found by the budget, it tracks within it, and costs less."""
     settings = replace(puma_study.settings, tolerance=gd.types.Tolerance(np.radians(degrees)))
