@@ -60,7 +60,7 @@ def calls(puma, pick_and_place) -> list[tuple[Any, type[GdAnalyzeError], str]]:
         (lambda x: find(puma, x), TrajectoryError, ""),
         (lambda x: gd.simplify(puma, x, effort=0.01), TrajectoryError, "nothing"),
         (lambda x: gd.evaluate(model, x), TrajectoryError, ""),
-        (lambda x: gd.certify(model, x), UsageError, "nothing"),
+        (lambda x: gd.certify(model, x, effort=1), UsageError, "nothing"),
         (lambda x: gd.simplify(puma, pick_and_place, x), UsageError, "nothing"),
     ]  # fmt: skip
 

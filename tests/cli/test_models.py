@@ -17,6 +17,7 @@ from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.studies.control_result import control_result
+from long_cases import long
 from made_models import by_elements, model_of
 from recordings import recorded, swung
 
@@ -168,9 +169,10 @@ def test_the_ranking(run, here):
 @pytest.mark.parametrize(
     ("words", "of", "whole"),
     [
-        ("two_link two-link-swing --budget 10%", "peak torque", 1.0),
+        long("two_link two-link-swing --budget 10%", "peak torque", 1.0),
         ("two_link two-link-swing --quick --budget 10%", "peak torque", 1.0),
-        ("puma560 pick-and-place --quick --budget 0.5", "the budget", 0.5),
+        ("two_link two-link-swing --quick --budget 0.5", "the budget", 0.5),
+        long("puma560 pick-and-place --quick --budget 0.5", "the budget", 0.5),
     ],
 )
 def test_the_curve(run, words, of, whole):

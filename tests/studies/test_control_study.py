@@ -19,7 +19,6 @@ from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, SIMPLIFIED, WITHOUT_H, Reference
 from gd_analyze.studies.control_result import budget_for_tolerance, control_result, good_enough
-from long_cases import long
 
 
 def test_no_simulated_error_is_beyond_the_certified(puma_study):
@@ -49,7 +48,8 @@ def test_what_is_expected_is_what_is_simulated_and_who_knows_more_tracks_better(
     assert sorted(order) == order
 
 
-@pytest.mark.parametrize("degrees", [long(0.01), 0.1, long(1.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [0.01, 0.1, 1.0])
 def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, degrees):
     """A model as rough as the tolerance allows: found by the budget, it tracks within it, and costs less."""
     settings = replace(puma_study.settings, tolerance=gd.types.Tolerance(np.radians(degrees)))
@@ -63,6 +63,17 @@ def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, d
     assert good_enough(found) is not None
     if degrees >= 0.1:
         assert model.operations.total < puma_study.model.operations.total / 2
+
+
+def test_a_budget_for_the_tolerance_keeps_it_of_two_joints(two_link, swing, swing_study):
+    settings = replace(swing_study.settings, tolerance=gd.types.Tolerance(np.radians(0.5)))
+    asked = gd.control(swing_study.model, swing, settings)
+    model = gd.simplify(two_link, swing, budget_for_tolerance(asked))
+    found = gd.control(model, swing, settings)
+    peak = found.loop(laws.FIXED_GAINS, CONTINUOUS, 1.0).peak_error
+    assert (peak <= found.tolerance).all()
+    assert peak.max() > 0.0
+    assert model.saves
 
 
 def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
