@@ -27,6 +27,7 @@ from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from long_cases import long
 from recordings import swung
 from strategies import arms, arms_with_states, examples
 
@@ -121,19 +122,22 @@ def test_what_is_returned_and_stated_is_the_model_certified(two_link):
     assert model.accuracy.steps[-1].operations == model.functions.operations.total
 
 
-def test_along_a_motion_terms_refitted_and_a_program_are_proven(puma, pick_and_place, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "motion"), [("two_link", "two-link-swing"), long("puma560", "pick-and-place")]
+)
+def test_along_a_motion_terms_refitted_and_a_program_are_proven(name, motion, monkeypatch):
     skip_searches(monkeypatch)
-    exact, tube = (
-        gd.types.ExactDynamics.of(puma, pick_and_place, drives=True),
-        gd.types.Tube.along(puma, pick_and_place),
-    )
+    arm = gd.load_arm(name)
+    tube = gd.types.Tube.along(arm, gd.read_trajectory(motion, arm))
+    exact = gd.types.ExactDynamics.of(name, motion, drives=name == "puma560")
+    budget = "2%" if name == "puma560" else "40%"
     for how in (SearchOptions("fast"), SearchOptions("term", True, effort=0.01)):
-        model, certificate, tried, *_ = simplify_held(exact, "2%", tube, how)
+        model, certificate, tried, *_ = simplify_held(exact, budget, tube, how)
         assert model.saves
         assert tried == 0
-        assert certificate.within(exact.allowed("2%")).all()
+        assert certificate.within(exact.allowed(budget)).all()
         assert model.accuracy.certificate.certified.tolist() == certificate.certified.tolist()
-        bounds = np.broadcast_to(exact.allowed("2%"), certificate.along.shape)
+        bounds = np.broadcast_to(exact.allowed(budget), certificate.along.shape)
         assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
 
 

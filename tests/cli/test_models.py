@@ -432,6 +432,7 @@ def test_compared_formulations(run, motion):
     assert "payload of 2 kg" in told["provenance"]["payload"]
 
 
+@pytest.mark.slow
 def test_compared_in_symbols(run, listing):
     told = run("compare two_link --symbolic --json").json
     assert told["text"]["D22"] == "l**2*m2/3"
