@@ -25,14 +25,14 @@ PROFILE = "gd-analyze"
 settings.register_profile(PROFILE, derandomize=True, deadline=None, database=None, print_blob=True)
 
 
-# The variable with which `.ci/long` asks for all examples; otherwise a third is drawn, but at least so many.
+# With this variable `.ci/long` asks for all examples; otherwise a quarter is drawn, but at least so many.
 ALL_EXAMPLES = "GD_ANALYZE_ALL_EXAMPLES"
 FEWEST = 4
 
 
 def examples(count: int) -> Callable[[Any], Any]:
     """Number of examples of one test, on the project's own profile whichever is loaded."""
-    drawn = count if os.environ.get(ALL_EXAMPLES) else min(count, max(FEWEST, count // 3))
+    drawn = count if os.environ.get(ALL_EXAMPLES) else min(count, max(FEWEST, count // 4))
     return settings(settings.get_profile(PROFILE), max_examples=drawn)
 
 

@@ -48,11 +48,21 @@ def test_nothing_slow_is_loaded_early(statement, slow):
     assert not set(json.loads(done.stdout)) & slow
 
 
+# A whole main job.
+LONG_EXAMPLE = "gd_analyze.studies.main_job"
+
+
 def test_examples_in_docstrings():
     ran = 0
     for module in pkgutil.walk_packages(gd.__path__, "gd_analyze."):
-        if not module.name.startswith(("gd_analyze.report", "gd_analyze.cli")):
+        if not module.name.startswith(("gd_analyze.report", "gd_analyze.cli", LONG_EXAMPLE)):
             result = doctest.testmod(importlib.import_module(module.name))
             assert result.failed == 0, module.name
             ran += result.attempted
     assert ran >= 20
+
+
+@pytest.mark.slow
+def test_the_example_of_the_main_job():
+    result = doctest.testmod(importlib.import_module(LONG_EXAMPLE))
+    assert (result.failed, result.attempted > 0) == (0, True)

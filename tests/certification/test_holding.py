@@ -67,7 +67,7 @@ def test_no_state_of_the_tube_breaks_the_budget(arm, percent, seed):
     assert largest_excess(model, tube, certificate.along, rng) <= round_off_in(model, tube)
 
 
-@pytest.mark.parametrize("level", [TERM, ENERGY])
+@pytest.mark.parametrize("level", [TERM, long(ENERGY)])
 def test_along_a_trajectory(puma, pick_and_place, level):
     exact, tube = (
         gd.types.ExactDynamics.of(puma, pick_and_place, drives=True),
@@ -162,7 +162,7 @@ def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
     assert (ascended(sampled, box, rng, 1) > 1.05 * allowed).any()
 
 
-@pytest.mark.parametrize("level", ["energy", "fast"])
+@pytest.mark.parametrize("level", ["energy", long("fast")])
 def test_within_limits_other_levels_state_what_was_tried(two_link, level, monkeypatch):
     """A model is its own witness: no error of the search's states, and none at its found ones, is larger."""
     skip_searches(monkeypatch)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -16,6 +17,8 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
+from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.robots.parts import Drive
 from long_cases import long
 from recordings import swung
 
@@ -125,8 +128,10 @@ def test_what_is_stored_follows_the_options(run, motion):
 
 
 def test_drives_payloads_and_budgets_per_joint(run, motion):
-    words = "puma560 pick-and-place --level element --format json --json"
-    with_drives, alone = run(words).json, run(f"{words} --no-drives").json
+    driven = replace(gd.load_arm("two_link"), drives=(Drive(0.2), Drive(0.1)))
+    Path("driven.toml").write_text(toml_of(driven), encoding="utf-8")
+    words = "driven.toml gentle.csv --level element --format json --json"
+    with_drives, alone = run(words).json, run(f"{words} --no-drives --out alone").json
     assert (with_drives["drives"], alone["drives"]) == (True, False)
     assert with_drives["joints"][0]["peak_torque"] > alone["joints"][0]["peak_torque"]
     words = "two_link gentle.csv --format json --json --budget 0.3,10%"

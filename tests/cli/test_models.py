@@ -369,6 +369,7 @@ def test_models_without_positive_energy_are_named(run, two_link, kept, verdict):
     assert (found["singular"], found["proven"]) == (verdict == "singular", False)
 
 
+@pytest.mark.slow
 def test_certified_along_a_trajectory_and_between_its_extremes(run):
     assert run(f"{PUMA} --level term -o m.json").code == 0
     along = "--along pick-and-place"

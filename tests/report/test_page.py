@@ -25,6 +25,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import Settings
+from long_cases import long
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 EDGES = {
@@ -97,7 +98,11 @@ def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
     assert "would not save an operation" in words_of(page)
 
 
-@pytest.mark.parametrize("make", EDGES.values(), ids=EDGES)
+@pytest.mark.parametrize(
+    "make",
+    [long(make) if name == "eight joints" else make for name, make in EDGES.items()],
+    ids=EDGES,
+)
 def test_any_arm_has_a_page_and_a_pdf(make: Callable[[], Findings]) -> None:
     report = main_report(findings := make())
     page = Page(render_html(findings, report))

@@ -59,6 +59,7 @@ def test_stored_results_have_it(stored, puma_findings):
     assert frame.verdict.tolist() == puma_findings.tables["dominance"].verdict.values.tolist()
 
 
+@pytest.mark.slow
 def test_figures_are_those_of_the_report(puma_findings):
     ours, reports = puma_findings.decomposition.gd.plot, puma_findings.plot
     for draw in ("inertia", "coriolis_centrifugal", "gravity_loading"):

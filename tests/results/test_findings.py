@@ -54,6 +54,7 @@ def test_a_folder_or_a_format_that_cannot_be_writes_nothing(two_link, swing, blo
     assert names_in(tmp_path) == ["file"]
 
 
+@pytest.mark.slow
 def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
     found = find(puma, pick_and_place, Settings(budget="5%", drives=True, christoffel=False, terms=True))
     assert (found.model.accuracy.budget, found.model.drives) == ("5%", True)

@@ -127,6 +127,7 @@ print("done")
 """
 
 
+@pytest.mark.slow
 def test_forged_files_neither_hang_nor_crash(small, tmp_path):
     path = tmp_path / "analysis.h5"
     path.write_bytes(small)
