@@ -148,7 +148,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
         # At 20 % seven terms exceed the budget alone, at 50 % two.
-        for module in ("studies.budget_stops", "studies.main_job", "results.run_result"):
+        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_result"):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
     findings = find(two_link, swing)
     assert is_unreadable(findings)
