@@ -214,7 +214,7 @@ def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tm
     # It stands before the answer: whatever else the page says is about another robot.
     first = re.sub(r"<[^>]*>", "", page[page.index('<ul class="notices">') :])
     assert re.sub(r"\s+", " ", first).strip().startswith("measured torques contradict the model")
-    monkeypatch.setattr("gd_analyze.studies.main_job.diagnosed", None)
+    monkeypatch.setattr("gd_analyze.studies.steps.decompose.diagnosed", None)
     as_filed = log_of(time, q, torque_of(two_link, robot.states, drives=False))
     assert "diagnosis" not in gd.analyze(two_link, as_filed, level="element").tables
 
