@@ -197,7 +197,7 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number, delay
         assert "Traceback" not in errors or "gd_analyze/" not in errors  # no frame, but Python's .pth of us
 
 
-@pytest.mark.parametrize(("stop", "code"), [("KeyboardInterrupt", 130), ("SystemExit(143)", 143)])
+@pytest.mark.parametrize(("stop", "code"), [("KeyboardInterrupt", 130), long("SystemExit(143)", 143)])
 @pytest.mark.parametrize(
     "wrapped", ["raise RuntimeError('in a class')", "raise ImportError('no array') from None"]
 )
@@ -259,7 +259,7 @@ def on_terminal(process, monkeypatch):
 
 
 @POSIX
-@pytest.mark.parametrize("quiet", ["", "--quiet"])
+@pytest.mark.parametrize("quiet", ["", long("--quiet")])
 def test_progress_on_a_terminal_and_not_when_quiet(on_terminal, motion, quiet):
     done, shown = on_terminal(f"two_link gentle.csv --format json --json {quiet}")
     assert done.code == 0

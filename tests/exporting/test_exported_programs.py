@@ -36,6 +36,7 @@ COMPILED = (
     *ODD,
 )
 IMPORTED = ("python", "casadi")
+CPP = (*(case for case in FEW if case != "stanford further"), "two_link further", "puma560 term", *ODD)
 # Of many states at once: none, one, a block less one, a block, a block and one, all.
 COUNTS = (0, 1, 7, 8, 9, 200)
 NONE = [0.0, 0.0]
@@ -84,7 +85,8 @@ def assert_same_at_once(what, drawn, bulk):
 @pytest.mark.parametrize(
     ("language", "case"),
     [
-        *(pytest.param("cpp", case, marks=needs_gpp) for case in (*FEW, "puma560 term", *ODD)),
+        *(pytest.param("cpp", case, marks=needs_gpp) for case in CPP),
+        pytest.param("cpp", "stanford further", marks=[needs_gpp, pytest.mark.slow]),
         *((name, case) if case in COMPILED else long(name, case) for name in IMPORTED for case in ALL),
         *(("jax", f"two_link {what}") for what in ("element", "fast", "decomposition", "further")),
     ],
