@@ -1,7 +1,7 @@
 """Commands and Python blocks of README and docs run in order, a folder per page, and print what is shown.
 
-Short pages run always, the others and README in the long tests. Of all pages every command is parsed and
-every Python block compiled.
+Pages that take a few seconds run always, the others and README in the long tests. Of all pages every command
+is parsed and every Python block compiled.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from markdown_pages import ROOT, Block, blocks
 
 from gd_analyze.cli import main
 from gd_analyze.cli.app import app
+from long_cases import long
 
 NOT_RUN, PRINTED = "not run", "printed"
 README = ROOT / "README.md"
@@ -42,32 +43,12 @@ def runnable(path: Path) -> list[Block]:
 PAGES = [README] + [
     page for page in sorted((ROOT / "docs").rglob("*.md")) if runnable(page) and page.name != "gallery.md"
 ]
-# Pages whose blocks take more than three seconds.
-LONG = {
-    "README.md",
-    "certificate.md",
-    "control.md",
-    "controllers.md",
-    "dominance.md",
-    "export.md",
-    "identification.md",
-    "measured_torque.md",
-    "python.md",
-    "reading.md",
-    "simplification.md",
-    "simulation.md",
-    "sweep.md",
-    "three_minutes.md",
-    "trajectories.md",
-}
+# Pages whose blocks take a few seconds at most.
+QUICK = {"arms.md", "batch.md", "equations.md", "evaluation.md", "formulations.md"}
 
 
 def name_of(page: Path) -> str:
     return str(page.relative_to(ROOT))
-
-
-def test_long_pages_exist():
-    assert {page.name for page in PAGES} >= LONG
 
 
 @pytest.fixture
@@ -118,7 +99,7 @@ def test_the_blocks_can_be_parsed(page: Path, folder: Path):
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=pytest.mark.slow) if page.name in LONG else page for page in PAGES],
+    [page if page.name in QUICK else long(page) for page in PAGES],
     ids=name_of,
 )
 def test_the_blocks_run(page: Path, folder: Path, capsys: pytest.CaptureFixture[str]):
