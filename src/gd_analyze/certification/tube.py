@@ -13,7 +13,6 @@ from gd_analyze.certification.box import Box
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import taken_apart
-from gd_analyze.motions.spool import release
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, named_joints, number
@@ -207,10 +206,8 @@ class _Path:
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             # The coefficients of a long recording do not fit into memory at once.
             step = max(1, CHUNK // length)
-            for k, first in enumerate(range(0, count, step)):
+            for first in range(0, count, step):
                 self._reduce(first, min(first + step, count))
-                if k % 8 == 7:
-                    release(motion.q, motion.qd, motion.qdd)
         across = ~self.is_known
         self.lower[across] = self.upper[across] = np.nan
         self.differences[across], self.coarse[across] = 0.0, 0

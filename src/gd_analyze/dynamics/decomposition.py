@@ -19,7 +19,6 @@ from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
-from gd_analyze.motions.spool import release
 from gd_analyze.motions.states import States, broadcast_states, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
@@ -416,9 +415,8 @@ class _Rows:
 
     def at(self, rows: NDArray[np.intp]) -> dict[str, FloatArray]:
         if not np.array_equal(rows, self._rows):
-            arrays = [getattr(self._motion, kind) for kind in ("q", "qd", "qdd")]
-            states = States(*(array[rows] for array in arrays))
-            release(*arrays)
+            motion = self._motion
+            states = States(motion.q[rows], motion.qd[rows], motion.qdd[rows])
             self._last, self._rows = self._evaluate(states), rows
         return self._last
 

@@ -20,7 +20,6 @@ import numpy as np
 from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.spool import Spool
 from gd_analyze.motions.table import (
     HEAD_ROWS,
     MOST_WRONG,
@@ -281,7 +280,7 @@ class TextTable(LogTable):
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        spool = Spool(len(numbers))
+        parts = [np.empty((0, len(numbers)))]
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
         gaps, rows, wrong = list[int](), 0, dict[int, TrajectoryError]()
         for block in self._blocks(progress):
@@ -291,7 +290,7 @@ class TextTable(LogTable):
                 wrong |= {rows + row: error for row, error in of_block.items()}
                 if len(wrong) > MOST_WRONG:
                     raise wrong[min(wrong)]
-                spool.add(
+                parts.append(
                     frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
                 )
                 for text, column in zip(texts, stamps, strict=True):
@@ -299,7 +298,7 @@ class TextTable(LogTable):
             rows += len(block.numbers)
         instants = tuple(map(self._stamps, map(np.concatenate, texts)))
         gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < rows]
-        return Columns(spool.array(), instants, tuple(gaps), wrong)
+        return Columns(np.concatenate(parts), instants, tuple(gaps), wrong)
 
     def _sound(
         self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]

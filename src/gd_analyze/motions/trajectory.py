@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, array_of
+from gd_analyze.arrays import FloatArray, array_of, chunks
 from gd_analyze.errors import TrajectoryError, require_type
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Log, Recording, treated
 from gd_analyze.motions.reading import Treatment, refusal
-from gd_analyze.motions.spool import blocks, gathered, is_mapped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, counted, html_of, number
 
@@ -133,8 +132,10 @@ class Trajectory:
         if self.qd is None or self.qdd is None:
             self._derive()
         for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = values.view() if is_mapped(values) else values.copy()
-            wrong = (chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in blocks(array))
+            array = values.copy()
+            wrong = (
+                chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in chunks(len(array))
+            )
             for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
                 problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
                 step = "check units, and that no two set points share almost the same instant"
@@ -293,7 +294,7 @@ class Trajectory:
 
     def at(self, points: NDArray[np.intp]) -> Trajectory:
         """Take some set points, ascending, to represent the whole."""
-        time, q, qd, qdd = (gathered(x, points) for x in (self.time, self.q, self.qd, self.qdd))
+        time, q, qd, qdd = (x[points] for x in (self.time, self.q, self.qd, self.qdd))
         gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
         about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
         return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)
@@ -303,7 +304,7 @@ class Trajectory:
         """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
         arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
         places = np.zeros((3, 2, self.n_joints), dtype=np.intp)
-        for chunk in blocks(*arrays):
+        for chunk in chunks(self.n_set_points):
             for array, at in zip(arrays, places, strict=True):
                 block = array[chunk]
                 for row, pick, sign in zip(
@@ -327,7 +328,7 @@ class Trajectory:
             return self.whole.fingerprint
         digest = hashlib.sha256(repr(self.gaps).encode() if self.gaps else b"")
         for array in (self.time, self.q, self.qd, self.qdd):
-            for chunk in blocks(array):
+            for chunk in chunks(len(array)):
                 digest.update(np.ascontiguousarray(array[chunk]).data)
         return digest.hexdigest()
 

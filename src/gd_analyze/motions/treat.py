@@ -17,7 +17,6 @@ from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.logged import ColumnUse, Log
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.sampling import LONG, SAME, longest_step
-from gd_analyze.motions.spool import Spool, blocks, is_mapped
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import units_of
@@ -58,7 +57,7 @@ def log_of(
             [units_of(role, joint.kind == "revolute")[column_unit] for (_, column_unit), joint in paired]
         )
         values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
-        if paired and (role == "q" or any(np.isfinite(values[chunk]).any() for chunk in blocks(values))):
+        if paired and (role == "q" or np.isfinite(values).any()):
             arrays[role] = values
     if reading.torque_constant is not None:
         constants = len(reading.torque_constant) if "torque" in arrays else 0
@@ -72,15 +71,12 @@ def log_of(
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
     gaps = None
-    if not choice.measured and any(
-        np.isnan(columns.numbers[chunk]).any() for chunk in blocks(columns.numbers)
-    ):
+    if not choice.measured and np.isnan(columns.numbers).any():
         _require_numbers(table, column_values, choice.set_points, [*columns.wrong])
     if choice.set_points and choice.time is not None:
         unit, why = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
-        rows = columns.numbers[:, numbers.index(column)]
-        instants = np.concatenate([rows[chunk].copy() for chunk in blocks(rows)])
+        instants = columns.numbers[:, numbers.index(column)].copy()
         _require_increasing(table, column, instants)
         time = instants * TIME_UNITS[unit]
         gaps = columns.gaps
@@ -94,9 +90,7 @@ def log_of(
     jumping = _jumping_rows(time, q, arm) if choice.measured else {}
     _require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
-    usable = np.isfinite(time)
-    for chunk in blocks(q):
-        usable[chunk] &= np.isfinite(q[chunk]).any(axis=1)
+    usable = np.isfinite(time) & np.isfinite(q).any(axis=1)
     if not usable.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
@@ -127,13 +121,10 @@ def log_of(
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
-    """Take columns, each times its factor; memory-mapped columns stay mapped."""
-    if is_mapped(numbers) and (factors == 1.0).all() and (np.diff(places) == 1).all() and places:
+    """Take columns, each times its factor; columns side by side that need none are not copied."""
+    if places and (factors == 1.0).all() and (np.diff(places) == 1).all():
         return numbers[:, places[0] : places[-1] + 1]
-    spool = Spool(len(places))
-    for chunk in blocks(numbers):
-        spool.add(numbers[chunk][:, places] * factors)
-    return spool.array()
+    return numbers[:, places] * factors
 
 
 def _require_numbers(

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
-from gd_analyze.motions.spool import trim
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
@@ -66,8 +65,6 @@ def write_findings(
     rebuilt is put in place first.
     """
     is_long = findings.trajectory.whole is not None
-    if is_long:
-        trim()
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as executor, replacing_together(paths) as temporaries:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import CHUNK, evenly
+from gd_analyze.arrays import CHUNK, chunks, evenly
 from gd_analyze.certification.held import Held
 from gd_analyze.dynamics.decomposition import (
     MOST_KEPT,
@@ -24,7 +24,6 @@ from gd_analyze.dynamics.decomposition import (
 )
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.motions.spool import blocks, gathered
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
@@ -127,7 +126,7 @@ class LongMotion:
         drive_inertia = arm.drive_inertia if drives else np.zeros(arm.n_joints)
         extremes = Extremes(arm.n_joints, elements(arm.n_joints), drive_inertia)
         values, places = [], []
-        for chunk in blocks(*(getattr(motion, kind) for kind in _KINDS)):
+        for chunk in chunks(motion.n_set_points):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
             block = decompose_states(
                 arm, states, christoffel=False, shares=False, drives=drives, written=True
@@ -149,8 +148,7 @@ class LongMotion:
 
     def states(self, points: Points) -> States:
         """Take some set points."""
-        q, qd, qdd = (gathered(getattr(self.motion, kind), points) for kind in _KINDS)
-        return States(q, qd, qdd)
+        return States(self.motion.q[points], self.motion.qd[points], self.motion.qdd[points])
 
     def settled(self, exact: ExactDynamics, search: Search) -> Settled:
         """Search until both models keep their budgets at every set point; raise after too many rounds."""
@@ -186,7 +184,7 @@ class LongMotion:
         largest, squares = np.zeros((2, len(programs), n))
         worst = np.zeros((len(programs), n), dtype=np.intp)
         arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
-        for chunk in blocks(*arrays.values()):
+        for chunk in chunks(count):
             # The last block overlaps the one before.
             block = slice(chunk.stop - batch.count, chunk.stop)
             inputs = {
