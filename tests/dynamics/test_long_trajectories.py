@@ -184,6 +184,7 @@ def test_what_is_stored_of_a_long_motion_can_be_chosen(two_link, long_swing, mon
 PEAK = """
 import resource, sys
 import gd_analyze as gd
+from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
 from test_long_trajectories import swinging
 from pathlib import Path
