@@ -21,9 +21,8 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.effort import ROUGH, Effort
 from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
@@ -174,7 +173,7 @@ class _Rounds:
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         sample = first = self.exact.joined_by(drawn, weights)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(how, write=False, effort=how.effort * _EFFORT, dearer=True, selections=[])
+        search = replace(how, writing=ROUGH, effort=how.effort * _EFFORT, dearer=True, selections=[])
         for turn in range(_ROUNDS):
             if len(counts):
                 sample = first.joined_by(worst, counts)
@@ -187,7 +186,7 @@ class _Rounds:
             )
             if len(model.terms) > how.most_terms:
                 return Held(with_gamma(self.exact, model), near=sample)
-            trial, states = self._over_region(model, allowed, turn, tighten=not how.write)
+            trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
                 self.progress(1)
             errors = trial.found
@@ -199,7 +198,7 @@ class _Rounds:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
-                trial = self._written(trial, allowed, shortest=how.write)
+                trial = self._written(trial, allowed, how.writing)
                 errors = trial.found
                 assert errors is not None
                 if (errors <= allowed).all():
@@ -220,11 +219,11 @@ class _Rounds:
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
     def _over_region(
-        self, model: SimplifiedModel, allowed: FloatArray, turn: int, *, tighten: bool
+        self, model: SimplifiedModel, allowed: FloatArray, turn: int
     ) -> tuple[Held, FloatArray]:
         """Proven or found errors of a model, and the states (3, M, n) of the largest ones.
 
-        A bound need not be tight where the program is written, and proven, anew in the end.
+        A bound need not be tight: the program is written, and proven, anew in the end.
         """
         where, seed = self.region.where, turn + 1
         if isinstance(self.region, Box) and not self.certified:
@@ -232,7 +231,7 @@ class _Rounds:
             # States of the search are tried, too.
             errors = np.maximum(errors, model.accuracy.errors.largest)
             return Held(model, None, POSITIONS, errors, where, tried_are="positions"), states
-        certificate = self._proof(model, allowed, tighten=tighten)
+        certificate = self._proof(model, allowed, tighten=False)
         loose = _LOOSE if turn < _CLOSING else 1.0
         errors = certificate.counting
         if isinstance(self.region, Box) or self.certified or (errors <= loose * allowed).all():
@@ -250,18 +249,18 @@ class _Rounds:
         lower, upper, _ = self.region.pieces(_POSITIONS, np.random.default_rng(1))
         states = np.random.default_rng(1).uniform(lower, upper)
         drawn = self.exact.at(States(*states))
-        drawn_gammas = gammas(drawn.inertia, model.inertia(drawn.states.q))
+        drawn_gammas = model.gammas(drawn)
         stated_gamma = model.accuracy.gamma
         assert stated_gamma is not None  # stated by every search
         stated = model.stating(replace(model.accuracy, gamma=max(stated_gamma, float(drawn_gammas.max()))))
         is_usable = model.level.has_symmetric_inertia and stated_gamma < 1.0
         return trial._replace(model=stated), states[:, drawn_gammas >= 1.0] if is_usable else nothing
 
-    def _written(self, trial: Held, allowed: FloatArray, *, shortest: bool) -> Held:
+    def _written(self, trial: Held, allowed: FloatArray, writing: Effort) -> Held:
         """Write the final program, and prove it."""
-        model = _finished(trial.model, self.exact, allowed, str(self.budget), shortest=shortest)
+        model = _finished(trial.model, self.exact, allowed, str(self.budget), writing)
         certificate, errors = trial.certificate, trial.found
-        if certificate is not None and model.program is not trial.model.program:
+        if certificate is not None:
             certificate = self._proof(model, allowed, tighten=True)
             errors = errors if trial.tried else certificate.counting
         return trial._replace(model=proven(model, certificate), certificate=certificate, found=errors)
@@ -274,11 +273,11 @@ class _Rounds:
 
 
 def _finished(
-    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str, *, shortest: bool
+    model: SimplifiedModel, exact: ExactDynamics, allowed: FloatArray, stated: str, writing: Effort
 ) -> SimplifiedModel:
-    """State the budget, and write the program with few operations unless the search's own is good enough."""
-    if model.terms and shortest:
-        model = replace(model, program=model.level.write(model.form, model.terms, THOROUGH))
+    """State the budget, and write the program with few operations."""
+    if model.terms:
+        model = replace(model, program=model.level.write(model.form, model.terms, writing))
     model = with_rewriting(model)
     accuracy = replace(model.accuracy, allowed=allowed, budget=stated, fitted_on=exact.states.described)
     accuracy = exact.held(accuracy, model.torque(*exact.states.arrays))

@@ -63,6 +63,11 @@ class TorqueTerm(NamedTuple):
         """Name of D, h or c, whichever the term belongs to."""
         return quantity_of(self.velocities)
 
+    @property
+    def is_upper(self) -> bool:
+        """Whether the term is of h', c' or the upper triangle of D'."""
+        return self.quantity != "inertia" or self.row <= self.velocities[0].joint
+
     def weight_unit(self, revolute: Sequence[bool]) -> str:
         """Unit of the coefficient: that of the torque without velocities and prismatic variables."""
         metres = 1 + revolute[self.row] - sum(factor.kind == "power" for factor in self.monomial)

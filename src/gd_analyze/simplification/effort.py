@@ -28,13 +28,13 @@ class Effort(NamedTuple):
 
 
 # Milliseconds, within a search.
-ROUGH = Effort(0)
+ROUGH: Effort = Effort(0)
 # Hundredths of a second, within a search.
-COUNTING = Effort(80)
+COUNTING: Effort = Effort(80)
 # Hundredths of a second, for intermediate models, such as the points of a curve.
-POINT = Effort(600)
+POINT: Effort = Effort(600)
 # Some tenths of a second, for a result: 3 to 6 % fewer operations.
-THOROUGH = Effort(600, 15_000)
+THOROUGH: Effort = Effort(600, 15_000)
 
 
 # Most terms of D, h and c that a person reads; of more, a program is not searched for shared parts.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -66,6 +67,8 @@ _MOST_JOINTS = 8
 _FEW_JOINTS = 4
 # Most terms whose common parts are searched: half a second.
 _SHARED = Effort(250)
+# Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or more.
+_FAR = 5
 # Sums of terms with this multiple of the operations known may take fewer with shared parts.
 _NEARLY = 1.2
 # Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
@@ -108,6 +111,11 @@ class ExactForm:
         return torques_of_energies(self.energies, self.velocities)
 
     @cached_property
+    def upper_torques(self) -> Torques:
+        """Those of h', of c' and of the upper triangle of D', as D' is symmetric."""
+        return {term: weight for term, weight in self.torques.items() if term.is_upper}
+
+    @cached_property
     def program(self) -> Program:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
 
@@ -132,21 +140,23 @@ class ExactForm:
         functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
         if self.arm.n_joints > _MOST_JOINTS:
             return functions
-        nested = functions_of_terms(self.velocities, self.torques, ROUGH)
+        least = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in functions), strict=True))
+        numbers = Counter(term.quantity for term in self.torques)
+        few = {quantity for quantity in least if numbers[quantity] < _FAR * least[quantity]}
+        nested = functions_of_terms(self.velocities, self._torques_of(few), ROUGH)
         # Shared parts take time to find: only where nested sums come close.
-        close = [
-            quantity
-            for quantity, nested_program, program in zip(DYNAMICS_QUANTITIES, nested, functions, strict=True)
-            if nested_program.count.total < _NEARLY * program.count.total
-        ]
-        terms = {term: weight for term, weight in self.torques.items() if term.quantity in close}
-        shared = functions_of_terms(self.velocities, terms, _SHARED)
+        counts = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in nested), strict=True))
+        close = {quantity for quantity in few if counts[quantity] < _NEARLY * least[quantity]}
+        shared = functions_of_terms(self.velocities, self._torques_of(close), _SHARED)
         return Functions(
             *(
                 min(programs, key=lambda program: program.count.total) if quantity in close else programs[0]
                 for quantity, *programs in zip(DYNAMICS_QUANTITIES, functions, nested, shared, strict=True)
             )
         )
+
+    def _torques_of(self, quantities: Set[str]) -> Torques:
+        return {term: weight for term, weight in self.torques.items() if term.quantity in quantities}
 
     def _is_short_torque(self, program: Program) -> bool:
         """Whether a program computes the torque, in no more operations than the recursion."""

@@ -120,7 +120,7 @@ class TermLevel(HarmonicLevel):
 
     def terms(self, form: ExactForm) -> Torques:
         """Every term of D', i <= j, of h' and of c', and its coefficient."""
-        return {term: weight for term, weight in form.torques.items() if _is_upper(term)}
+        return form.upper_torques
 
     def source(self, form: ExactForm, term: TorqueTerm) -> Torques:
         """The torque of the term and, for one of D'_ij with i < j, of its equal in D'_ji."""
@@ -192,14 +192,9 @@ class TermLevel(HarmonicLevel):
         joints = range(form.arm.n_joints)
         pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
         possible = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
-        if term.row not in joints or velocities not in possible or not _is_upper(term):
+        if term.row not in joints or velocities not in possible or not term.is_upper:
             raise ModelError(f"{term} is no term of the arm's equations")
         return term, entry.weight
-
-
-def _is_upper(term: TorqueTerm) -> bool:
-    """Whether a term is of h', c' or the upper triangle of D'."""
-    return term.quantity != "inertia" or term.row <= term.velocities[0].joint
 
 
 class _EnergyEntry(Checked):

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from gd_analyze.errors import UsageError
+from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
@@ -35,7 +36,7 @@ class SearchOptions:
     # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
-    write: bool = True  # spend tenths of a second on a program of few operations
+    writing: Effort = THOROUGH  # spent on the program of the model
     effort: float = 1.0  # number of attempts, relative to the usual
     # Successive selections, which a search continues and extends.
     selections: list[Terms] | None = None

@@ -23,7 +23,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.effort import ROUGH, THOROUGH, effort_for
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm
-from gd_analyze.simplification.functions import Functions, functions_of
+from gd_analyze.simplification.functions import Functions, functions_of, inertia_program
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
@@ -214,8 +214,7 @@ class SimplifiedModel:
 
     def inertia(self, q: FloatArray) -> FloatArray:
         """Simplified D, kg m^2, shape (..., n, n); drive inertia, if included, is on the diagonal."""
-        rows = self._evaluated(self.functions.inertia, q)
-        return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
+        return self._matrix(self.functions.inertia, q)
 
     def coriolis_centrifugal(self, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Simplified h, N m, shape (..., n)."""
@@ -248,7 +247,16 @@ class SimplifiedModel:
 
         Below 1, a symmetric Ds is positive definite there, and feedback through it converges.
         """
-        return float(gammas(exact.inertia, self.inertia(exact.states.q)).max(initial=0.0))
+        return float(self.gammas(exact).max(initial=0.0))
+
+    def gammas(self, exact: ExactDynamics) -> FloatArray:
+        """The same at every position, shape (N,); D is taken from the torque's program, as a search has it."""
+        inertia = inertia_program(self.program, self.arm.n_joints, self.level.has_symmetric_inertia)
+        return gammas(exact.inertia, self._matrix(inertia, exact.states.q))
+
+    def _matrix(self, program: Program, q: FloatArray) -> FloatArray:
+        rows = self._evaluated(program, q)
+        return rows.reshape(*rows.shape[:-1], self.arm.n_joints, self.arm.n_joints)
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         quantities = dict(zip(("q", "qd", "qdd"), states, strict=False))

@@ -12,7 +12,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
-from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH
+from gd_analyze.simplification.effort import COUNTING, ROUGH
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import CandidateLevel, Found
@@ -79,7 +79,7 @@ def selected_terms(
         progress(candidates.total - len(terms))
     if how.selections is not None:
         how.selections.append(terms)
-    program = candidates.write(terms, THOROUGH if how.write else POINT)
+    program = candidates.write(terms, how.writing)
     return Found(terms, program, is_refitted, tuple(steps))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.fast_search import fast_model
@@ -130,7 +131,7 @@ def _within(
         model = exactly(sample, level, most, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
-        model = with_rewriting(model) if how.write else model
+        model = with_rewriting(model) if how.writing is THOROUGH else model
         model = model if how.dearer else no_dearer(sample, model)
         if sample is exact:
             break

@@ -10,6 +10,7 @@ import numpy as np
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.effort import POINT, THOROUGH
 from gd_analyze.simplification.exact import ExactDynamics, ExactForm, require_exact, too_many_terms
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
@@ -95,7 +96,7 @@ def trade_off(
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)
-            how = SearchOptions(level, refit, thorough=thorough, write=thorough)
+            how = SearchOptions(level, refit, thorough=thorough, writing=THOROUGH if thorough else POINT)
             try:
                 model = simplify_exact(exact, scaled, how)
             except TooManyTermsError:  # so many that any model costs more than the exact torque

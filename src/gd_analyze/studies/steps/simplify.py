@@ -15,7 +15,7 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
-from gd_analyze.simplification.effort import READABLE
+from gd_analyze.simplification.effort import POINT, READABLE, THOROUGH
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.fast import FAST
@@ -175,7 +175,7 @@ def _model_at(
         level_named(settings.level),
         settings.refit,
         settings.operations,
-        write=shortest,
+        writing=THOROUGH if shortest else POINT,
         most_terms=most_terms,
     )
     if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
