@@ -128,11 +128,21 @@ def shortest_program(
 
 def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:
     """D, of which the upper half is computed, h and c from their own terms, each written for itself."""
-    parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in DYNAMICS_QUANTITIES}
-    for term, weight in terms.items():
-        parts[term.quantity][term] = weight
-    inertia, h, c = (torque_program(velocities, part, effort) for part in parts.values())
-    return Functions(inertia_program(inertia, velocities.n_joints, symmetric=True), h, c)
+    parts: dict[str, list[tuple[TorqueTerm, float]]] = {name: [] for name in DYNAMICS_QUANTITIES}
+    for term in sorted(terms):
+        parts[term.quantity].append((term, terms[term]))
+    return Functions(
+        *(_program_of(quantity, velocities, tuple(part), effort) for quantity, part in parts.items())
+    )
+
+
+@lru_cache(maxsize=256)
+def _program_of(
+    quantity: str, velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
+) -> Program:
+    """D, h or c from its own terms; models of one search often differ in one of them only."""
+    program = torque_program(velocities, dict(terms), effort)
+    return inertia_program(program, velocities.n_joints, symmetric=True) if quantity == "inertia" else program
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
