@@ -6,13 +6,18 @@ import dataclasses
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import click
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import settings
 
+from advice import false_advice
+from gd_analyze.cli.app import app
 from gd_analyze.dynamics.decomposition import decompose
+from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.motions.trajectory import Trajectory
@@ -44,6 +49,23 @@ def cache_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(VARIABLE, str(place))
         yield place
+
+
+@pytest.fixture(autouse=True)
+def sound_advice(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Options that a message advises, in any test, exist where it stands, and take their values."""
+    false: list[str] = []
+    make = GdAnalyzeError.__init__
+
+    def checked(error: GdAnalyzeError, what: str, **details: Any) -> None:
+        make(error, what, **details)
+        context = click.get_current_context(silent=True)
+        verb = None if context is None or context.command.name not in app.commands else context.command
+        false.extend(f"{text} in {error}" for text in false_advice(error.details.get("next", ""), verb))
+
+    monkeypatch.setattr(GdAnalyzeError, "__init__", checked)
+    yield
+    assert not false, "\n".join(dict.fromkeys(false))
 
 
 @pytest.fixture(scope="session")

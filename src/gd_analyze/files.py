@@ -130,7 +130,7 @@ def appending_alone(path: Path) -> Iterator[BinaryIO]:
                 "another run writes there" if is_locked else "the file cannot be locked",
                 where=Location(path),
                 found=None if is_locked else error.strerror,
-                next_step=f"{'wait for its end, or ' if is_locked else ''}choose another folder with --out",
+                next_step=f"{'wait for its end, or ' if is_locked else ''}choose another folder",
             ) from None
         yield file
 
@@ -182,7 +182,7 @@ def write_text(path: str | Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def require_writable(path: Path, option: str = "--out") -> None:
+def require_writable(path: Path) -> None:
     """Raise an OutputError early, before any computing, where a file could not be written."""
     _require_no_obstacle(path)
     existing = path.parent
@@ -200,7 +200,7 @@ def require_writable(path: Path, option: str = "--out") -> None:
             where=Location(path),
             expected="a folder that exists or can be made",
             found=found,
-            next_step=f"choose another folder with {option}",
+            next_step="choose another folder",
         )
 
 
@@ -277,7 +277,7 @@ def require_one_run(
             where=Location(folder),
             expected="no files, or those of a run with the same arm, motion and options",
             found=", ".join(asked_else or remaining),
-            next_step="choose another folder with --out, write all formats, or replace them with --overwrite",
+            next_step="choose another folder, write all formats, or replace them with --overwrite",
         )
     return tuple(folder / name for name in remaining)
 
