@@ -24,6 +24,7 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import pool, taken_apart
 from gd_analyze.results.simplified_result import simplified_result
+from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
@@ -148,7 +149,7 @@ def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
         gd.types.Box.of(puma),
         np.random.default_rng(7),
     )
-    quick = SearchOptions("term", thorough=False, write=False)
+    quick = SearchOptions("term", thorough=False, writing=POINT)
     held = simplify_held(exact, "5%", box, quick)
     allowed = exact.allowed("5%")
     assert held.model.saves

@@ -20,12 +20,17 @@ from gd_analyze.exporting.c import in_strides
 from gd_analyze.exporting.export import CLASSES
 from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Output
 from gd_analyze.exporting.names import LANGUAGES
+from gd_analyze.harmonics.lagrangian import torques_of_energies
+from gd_analyze.harmonics.parameter_terms import energy_terms_of_parameters
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.effort import program_inputs
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.effort import ROUGH, program_inputs
+from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
+from gd_analyze.simplification.model import exactly
+from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from long_cases import long_but
 from made_models import ROUND_OFF
 from strategies import random_inertia
@@ -181,6 +186,83 @@ def test_the_stated_base_parameters_give_the_torque_with_drives(name):
     what = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None))).with_functions(["regressor"])
     found = values(what, gd.tables.states_in_box(arm, 50, seed=4))
     assert_close(found["Y"] @ np.array(what.constants["base_parameters"].values), found["tau"])
+
+
+def heavier(arm, rng):
+    """The same geometry with other links."""
+    n = arm.n_joints
+    changed = zip(arm.links, rng.uniform(1.0, 5.0, n), rng.uniform(-0.3, 0.3, (n, 3)), strict=True)
+    links = tuple(
+        replace(link, mass=mass, com=com, inertia_com=random_inertia(rng)) for link, mass, com in changed
+    )
+    return replace(arm, links=links)
+
+
+def of_parameters(what, drawn, numbers):
+    """Torque of given base parameters."""
+    torque = next(each for each in what.functions if each.name == "torque_of_parameters")
+    return torque.program.run(inputs_with(drawn, numbers)).T
+
+
+def inputs_with(drawn, numbers):
+    """Inputs of a program at states, with base parameters."""
+    return given_of(drawn) | {f"parameters{k + 1}": np.full(len(drawn), x) for k, x in enumerate(numbers)}
+
+
+@pytest.mark.parametrize("level", HARMONIC_LEVELS)
+@pytest.mark.parametrize("name", ["two_link", "scara"])
+def test_all_terms_of_a_model_with_other_parameters_are_another_arm(name, level):
+    """Pinocchio knows nothing of terms; an arm of random bodies has all that the geometry allows."""
+    rng = np.random.default_rng(5)
+    arm, other = (heavier(gd.load_arm(name), rng) for _ in range(2))
+    drawn = gd.tables.states_in_box(arm, 20, seed=4)
+    exact = ExactDynamics.of(arm, drawn)
+    model = exactly(exact, HARMONIC_LEVELS[level], exact.allowed("1%"), "1%")
+    what = ExportInput.of_model(model).with_functions(["regressor", "parameters"])
+    numbers = np.einsum("ksp,sp->k", what.base.matrix, parameters_of(other))
+    theirs = pinocchio_model(other)
+    data = theirs.createData()
+    wanted = np.array([pinocchio.rnea(theirs, data, *state) for state in zip(*drawn.arrays, strict=True)])
+    assert_close(of_parameters(what, drawn, numbers), wanted)
+    assert_close(values(what, drawn)["Y"] @ numbers, wanted)
+
+
+@pytest.mark.parametrize(
+    "case", long_but(TWO_LINK_MODELS, [case for case in MODELS if case.endswith(("term", "energy"))])
+)
+def test_a_model_of_parameters_keeps_its_terms(case):
+    """At its arm's parameters it is the model; at another's it and the dropped terms add up to that arm."""
+    model, drawn, rng = subject(case).model, states(case), np.random.default_rng(6)
+    what = subject(case).with_functions(["regressor", "parameters"])
+    own = np.array(what.constants["base_parameters"].values)
+    # Numbers of the case's own program are rounded.
+    program = model.level.write(model.form, model.terms, ROUGH)
+    assert_close(of_parameters(what, drawn, own), program.run(program_inputs(drawn)).T)
+    other = heavier(model.arm, rng)
+    numbers = np.einsum("ksp,sp->k", what.base.matrix, parameters_of(other))
+    numbers += [parameter.drive for parameter in what.base]
+    # All that the geometry allows: many are zero with the shipped arm's numbers, and in no model of it.
+    energies = energy_terms_of_parameters(model.form.harmonics, what.base)
+    every = {term: float(of_parameter @ own) for term, of_parameter in energies.items()}
+    if model.level.name == "term":
+        drawn_numbers = {term: of_parameter @ rng.random(len(own)) for term, of_parameter in energies.items()}
+        terms = torques_of_energies(drawn_numbers, model.form.velocities)
+        every = {term: model.form.torques.get(term, 0.0) for term in terms if term.is_upper}
+    dropped = replace(model, terms={term: w for term, w in every.items() if term not in model.terms})
+    rest = torque_of_parameters(dropped, what.base).run(inputs_with(drawn, numbers)).T
+    assert_close(of_parameters(what, drawn, numbers) + rest, torque_of(other, drawn, drives=model.drives))
+    assert_close(values(what, drawn)["Y"] @ numbers, of_parameters(what, drawn, numbers))
+
+
+def test_coefficients_that_are_no_sums_of_parameters_are_refused():
+    arm = gd.load_arm("two_link")
+    motion = gd.read_trajectory("two-link-swing", arm)
+    fitted = gd.simplify(arm, motion, budget="20%", refit=True, at_set_points=True)
+    assert fitted.refitted
+    for model in (fitted, gd.simplify(arm, motion, level="element")):
+        with pytest.raises(UsageError) as caught:
+            ExportInput.of_model(model).with_functions(["parameters"])
+        assert caught.value.details["where"] == "functions"
 
 
 @pytest.mark.parametrize("language", ["jax", "casadi", "python"])

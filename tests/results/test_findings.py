@@ -15,6 +15,7 @@ from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.cache import without_cache
+from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -170,7 +171,7 @@ def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
     exact = gd.types.ExactDynamics.of(puma, pick_and_place, True)
-    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
 
 
 def test_errors_are_in_the_terms_of_the_budget(of_budget):

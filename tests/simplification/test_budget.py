@@ -19,6 +19,7 @@ from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import kept_states, norm_shares, share_at
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -127,7 +128,7 @@ def test_what_is_printed_can_be_read_back(entries):
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
     exact = gd.types.ExactDynamics.of(puma, pick_and_place)
-    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
 
 
 @pytest.mark.parametrize("budget", ["1%", "1%,1%,1%,0.1,0.1,0.1"])

@@ -24,7 +24,7 @@ from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import plain_program, read_back
 from gd_analyze.simplification import model_claims, model_file
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH
+from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -107,7 +107,7 @@ def test_a_searched_one_comes_back(shipped, path, swing):
 
 def of_puma(motion, budget: str) -> SimplifiedModel:
     exact = gd.types.ExactDynamics.of("puma560", motion)
-    return simplify_exact(exact, budget, SearchOptions(thorough=False, write=False))
+    return simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
 
 
 @pytest.mark.parametrize(

@@ -218,9 +218,7 @@ class _Rounds:
         everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
-    def _over_region(
-        self, model: SimplifiedModel, allowed: FloatArray, turn: int
-    ) -> tuple[Held, FloatArray]:
+    def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
         """Proven or found errors of a model, and the states (3, M, n) of the largest ones.
 
         A bound need not be tight: the program is written, and proven, anew in the end.

@@ -79,7 +79,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
             *((form, 0.0) for form in (*mixed, *np.concatenate(earlier[1:] - earlier[0]))),
             (alone, 1.0),
         ]
-        functionals = np.array([[*(_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in visible])
+        functionals = np.array([[*(UNIT_BODIES * form).sum(axis=(1, 2)), drive] for form, drive in visible])
         scale = length ** np.array([*_LENGTHS, 2 if link.prismatic is None else 0])
         # Changes invisible to all functionals, orthonormal rows.
         _, sizes, directions = np.linalg.svd(functionals)
@@ -93,7 +93,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
 def outer_parameters(rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """Matrix (10, 10) from the ten parameters in a frame, placed by this, to those in the outer frame."""
     place = homogeneous(rotation, translation)
-    return np.column_stack([moments_of(place @ body @ place.T) for body in _BODIES])
+    return np.column_stack([moments_of(place @ body @ place.T) for body in UNIT_BODIES])
 
 
 def moments_of(body: FloatArray) -> FloatArray:
@@ -101,9 +101,9 @@ def moments_of(body: FloatArray) -> FloatArray:
     return np.array([body[entry] for entry in _ENTRIES])
 
 
-_BODIES = np.zeros((10, 4, 4))
+UNIT_BODIES = np.zeros((10, 4, 4))
 for _k, _entry in enumerate(_ENTRIES):
-    _BODIES[(_k, *_entry)] = _BODIES[(_k, *_entry[::-1])] = 1.0
+    UNIT_BODIES[(_k, *_entry)] = UNIT_BODIES[(_k, *_entry[::-1])] = 1.0
 _LENGTHS = tuple(len(kind) - 1 for kind in PARAMETER_KINDS[:-1])
 
 

@@ -32,6 +32,7 @@ from gd_analyze.simplification.functions import (
     torque_derivatives_program,
 )
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.text import rounded_up
 
 _KINDS = ("q", "qd", "qdd", "tau", "payload", "parameters", "sin", "cos")
@@ -170,7 +171,10 @@ class ExportInput:
         base = base_parameters(self.arm, self.drives) if set(OF_PARAMETERS) & set(names) else None
         more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
         functions = [more[name]() for name in FURTHER if name in more and name in names]
-        functions += [_of_parameters(base, name) for name in OF_PARAMETERS if base and name in names]
+        if base is not None:
+            model = self.model
+            torque = _torque_of_parameters(base) if model is None else torque_of_parameters(model, base)
+            functions += [_of_parameters(base, torque, name) for name in OF_PARAMETERS if name in names]
         return replace(self, functions=(*self.functions, *functions), base=base)
 
     @property
@@ -285,12 +289,11 @@ def _further_functions(
     return dict(zip(FURTHER, (derivatives, coriolis_matrix, forward, payload, friction), strict=False))
 
 
-def _of_parameters(base: BaseParameters, name: str) -> Function:
-    """The exact torque as a function of the base parameters, or per unit of each of them."""
+def _of_parameters(base: BaseParameters, torque: Program, name: str) -> Function:
+    """A torque as a function of the base parameters, or per unit of each of them."""
     n, count, arguments = base.arm.n_joints, len(base), ("q", "qd", "qdd")
-    torque = _torque_of_parameters(base)
     if name == "parameters":
-        meaning = "exact torque of an arm of this geometry with other base parameters"
+        meaning = "torque of an arm of this geometry with other base parameters"
         outputs = (Output("tau", (n,)),)
         return Function(
             "torque_of_parameters", meaning, (*arguments, "parameters"), outputs, rewritten(torque), count
@@ -300,7 +303,7 @@ def _of_parameters(base: BaseParameters, name: str) -> Function:
         value = torque.folded(trace, {f"parameters{j + 1}": float(j == k) for j in range(count)})
         columns.append([value(row) for row in torque.outputs])
     program = Program.of(trace, [column[i] for i in range(n) for column in columns])
-    meaning = "regressor Y(q, qd, qdd): the exact torque is its product with the base parameters, row by row"
+    meaning = "regressor Y(q, qd, qdd): the torque is its product with the base parameters, row by row"
     return Function("regressor", meaning, arguments, (Output("Y", (n, count)),), program)
 
 

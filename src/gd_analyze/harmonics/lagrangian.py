@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -38,28 +38,40 @@ def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) 
 
     The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities.
     """
-    n, a = harmonics.arm.n_joints, harmonics.velocities.matrix
     whole = harmonics.whole_inertia(drive_inertia)
+    weights = energy_weights(harmonics.velocities, whole, harmonics.potential, harmonics.noise)
+    return _without_round_off({term: float(weight[0]) for term, weight in weights.items()})
+
+
+def energy_weights(
+    velocities: AbsoluteVelocities,
+    inertia: Mapping[tuple[int, int], TrigonometricPolynomial],
+    potential: TrigonometricPolynomial,
+    noise: tuple[float, float],
+) -> dict[EnergyTerm, FloatArray]:
+    """Terms of P energies, and their weights (P,), from P polynomials for D_ij, i <= j, and the potential.
+
+    All are exact in the same terms: those of any of them above the `noise` of D and potential.
+    """
+    n, a, count = len(velocities.matrix), velocities.matrix, len(potential.coefficients)
     elements = []
     for i, j in itertools.combinations_with_replacement(range(n), 2):
         parts = [
-            float(a[k, i] * a[m, j]) * whole[min(k, m), max(k, m)]
+            float(a[k, i] * a[m, j]) * inertia[min(k, m), max(k, m)]
             for k in np.flatnonzero(a[:, i]).tolist()
             for m in np.flatnonzero(a[:, j]).tolist()
         ]
-        elements.append((i, j, TrigonometricPolynomial.summed(parts), len(parts) * harmonics.noise[0]))
+        elements.append((i, j, TrigonometricPolynomial.summed(parts), len(parts) * noise[0]))
     # A constant potential makes no torque.
-    potential = harmonics.potential.only((harmonics.potential.multiples != 0).any(axis=1))
-    elements.append((-1, -1, potential, harmonics.noise[1]))
-    return _without_round_off(
-        {
-            EnergyTerm(i, j, monomial): float(weight[0])
-            for i, j, polynomial, noise in elements
-            for monomial, weight in to_products(polynomial, harmonics.velocities, noise).terms().items()
-            # Rewriting may leave noise of terms that cancel.
-            if abs(weight[0]) > noise
-        }
-    )
+    moving = potential.only((potential.multiples != 0).any(axis=1))
+    elements.append((-1, -1, moving, noise[1]))
+    return {
+        EnergyTerm(i, j, monomial): weight
+        for i, j, polynomial, largest in elements
+        for monomial, weight in to_products(polynomial, velocities, largest, count).terms().items()
+        # Rewriting may leave noise of terms that cancel.
+        if np.abs(weight).max() > largest
+    }
 
 
 def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:

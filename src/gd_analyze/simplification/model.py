@@ -250,7 +250,7 @@ class SimplifiedModel:
         return float(self.gammas(exact).max(initial=0.0))
 
     def gammas(self, exact: ExactDynamics) -> FloatArray:
-        """The same at every position, shape (N,); D is taken from the torque's program, as a search has it."""
+        """The same at every position, shape (N,), with D from the torque's program, as a search has it."""
         inertia = inertia_program(self.program, self.arm.n_joints, self.level.has_symmetric_inertia)
         return gammas(exact.inertia, self._matrix(inertia, exact.states.q))
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import UFUNCS, Program
@@ -74,7 +77,7 @@ def nested_program(velocities: AbsoluteVelocities, terms: Torques, *, in_line: b
             ((monomial, weight),) = polynomial.items()
             rows[row][(*moving, *monomial)] = weight
         else:
-            rows[row][(*moving, number)] = ratio
+            rows[row][(*moving, number)] = _without_last_digits(ratio)
 
     def value(variable: Any) -> Any:
         return brackets[variable] if isinstance(variable, int) else variables(variable)
@@ -124,6 +127,39 @@ def shortest_program(
     weights = dict(terms)
     programs = [nested_program(velocities, weights, in_line=in_line) for in_line in (False, True)]
     return min([*programs, *_shared(velocities, weights, effort)], key=lambda program: program.count.total)
+
+
+def program_of_parameters(
+    velocities: AbsoluteVelocities, terms: Mapping[TorqueTerm, FloatArray], count: int
+) -> Program:
+    """Write torque terms whose weights are sums of inputs parameters1, parameters2, ..., times (count,)."""
+    trace = Trace()
+    parameters, variables = (
+        trace.inputs("parameters", count)[:, 0],
+        TorqueVariables.traced(velocities, trace),
+    )
+    rows: list[dict[tuple[Hashable, ...], float]] = [{} for _ in range(velocities.n_joints)]
+    numbers: dict[tuple[float, ...], int] = {}
+    for term in sorted(terms):
+        weights = terms[term]
+        if weights.any():
+            # Sums that are multiples of each other are formed once.
+            ratio = float(weights[np.abs(weights).argmax()])
+            shares = tuple(_without_last_digits(share) for share in (weights / ratio).tolist())
+            number = numbers.setdefault(shares, len(numbers))
+            rows[term.row][(*term.velocities, *term.monomial, number)] = _without_last_digits(ratio)
+    polynomials = ({(k,): share for k, share in enumerate(shares)} for shares in numbers)
+    sums = [factored(polynomial, parameters.__getitem__) for polynomial in polynomials]
+
+    def value(variable: Any) -> Any:
+        return sums[variable] if isinstance(variable, int) else variables(variable)
+
+    return Program.of(trace, velocities.joint_rows(factored(row, value) for row in rows))
+
+
+def _without_last_digits(number: float) -> float:
+    """The number to 13 digits: the others are round-off, and 0.75 is to be printed as 0.75."""
+    return float(f"{number:.13g}")
 
 
 def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:
