@@ -182,7 +182,7 @@ def write_text(path: str | Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def require_writable(path: Path) -> None:
+def require_writable(path: Path, option: str = "") -> None:
     """Raise an OutputError early, before any computing, where a file could not be written."""
     _require_no_obstacle(path)
     existing = path.parent
@@ -200,7 +200,7 @@ def require_writable(path: Path) -> None:
             where=Location(path),
             expected="a folder that exists or can be made",
             found=found,
-            next_step="choose another folder",
+            next_step=f"choose another folder with {option}" if option else "choose another folder",
         )
 
 

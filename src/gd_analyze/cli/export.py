@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     metavar="LIST",
     help="Functions: torque, with D, h and c, always; derivatives: of torque, by q and qd; coriolis_matrix: "
     "C with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
-    "friction: of the drives; regressor: torque per unit of every base parameter; parameters: torque with the "
-    "base parameters as an argument, of a model with its terms alone. Or decomposition: the exact D and h by effect, "
-    "and c, of the links alone.",
+    "friction: of the drives; regressor: torque per unit of every base parameter; parameters: torque with "
+    "the base parameters as an argument, of a model with its terms alone. Or decomposition: the exact D and "
+    "h by effect, and c, of the links alone.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
 @click.option("--float", "single", is_flag=True, help="In C: single precision.")

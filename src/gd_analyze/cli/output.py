@@ -94,7 +94,7 @@ def require_outputs(*paths: Path | None, option: str = "--out") -> None:
     """Refuse outputs that cannot be written, or that the verb reads, before it computes anything."""
     inputs = list(_inputs(click.get_current_context()))
     for path in filter(None, paths):
-        require_writable(path)
+        require_writable(path, option)
         for word, status in inputs:
             if path.exists() and os.path.samestat(path.stat(), status):
                 raise UsageError(

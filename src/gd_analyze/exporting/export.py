@@ -169,8 +169,8 @@ def export(
         Proven bound on the model's error, from `certify`, to be stated in the text.
     what
         Functions beside torque, D, h and c: "derivatives" of the torque, the "coriolis_matrix", "forward"
-        dynamics, the torque of a "payload", "friction", the exact torque's "regressor" to the base
-        parameters, and the exact torque with these "parameters" as an argument.
+        dynamics, the torque of a "payload", "friction", the torque's "regressor" to the base
+        parameters, and the torque with these "parameters" as an argument; of a model, with its terms alone.
     tests
         Also write programs that compare the exported code with values computed here: in C and C++ with
         CMakeLists.txt, in Python for pytest, in MATLAB.
