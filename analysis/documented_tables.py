@@ -20,11 +20,9 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.certification.holding import simplify_held
-from gd_analyze.certification.positive_definite import certify_positive_definite
 from gd_analyze.files import write_text
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import number
@@ -48,52 +46,6 @@ def timed(work: Callable[[], Any]) -> tuple[Any, str]:
 def percent(shares: Any) -> str:
     """Show the largest share."""
     return f"{number(100 * float(np.max(shares)))} %"
-
-
-def puma_models() -> Iterator[Row]:
-    """Models of the PUMA 560 over its limits."""
-    yield (
-        "model",
-        "terms",
-        "operations",
-        "mult.",
-        "add.",
-        "sin, cos",
-        "largest error",
-        "with seed 1",
-        "certified",
-        "seconds",
-    )
-    arm = gd.load_arm("puma560")
-    box = gd.types.Box.of(arm)
-    for drives in (True, False):
-        exact = gd.types.ExactDynamics.of(arm, states_in_box(arm, 4000), drives)
-        other = exact.at(states_in_box(arm, 4000, seed=1))
-        for how in ("term", "term --refit", "term --certified", "energy", "energy --refit"):
-            level, *option = how.split(" --")
-
-            def made(level: Level = LEVELS[level], option: list[str] = option, exact: Any = exact) -> Any:
-                if option == ["certified"]:
-                    return simplify_held(exact, "1%", box, SearchOptions(level), certified=True)[0]
-                options = SearchOptions(level, refit=option == ["refit"])
-                return simplify_exact(exact, "1%", options)
-
-            model, seconds = timed(made)
-            count, peak = model.operations, model.accuracy.errors.peak_torque
-            exactly = "" if model.saves else ", exact"
-            apart = np.abs(model.torque(*other.states.arrays) - other.torque).max(axis=0)
-            yield (
-                f"{'drives' if drives else 'bare'}, `{how}`",
-                model.size[0],
-                f"{count.total}{exactly}",
-                count.multiplications,
-                count.additions,
-                count.sines_cosines,
-                percent(model.accuracy.errors.largest_share),
-                percent(apart / peak),
-                percent(gd.certify(model, box).certified / peak),
-                seconds,
-            )
 
 
 def held_models() -> Iterator[Row]:
@@ -215,28 +167,6 @@ def boxes() -> Iterator[Row]:
             )
 
 
-def definiteness() -> Iterator[Row]:
-    """What is proven of the smallest eigenvalue of D."""
-    yield "model at 1 %, over the arm's ranges", "proven, kg m²", "found", "effort", "seconds"
-    for name, drives, efforts in (
-        ("puma560", True, (8_000,)),
-        ("puma560", False, (8_000, 100_000)),
-        ("stanford", True, (8_000,)),
-    ):
-        arm = gd.load_arm(name)
-        model = gd.simplify(arm, states_in_box(arm, 4000), "1%", level="energy", drives=drives)
-        label = f"{arm.title or arm.name} {'with' if drives else 'without'} drives, energy{'' if model.saves else ': exact'}"
-        for effort in efforts:
-            found, seconds = timed(partial(certify_positive_definite, model, effort=effort))
-            yield (
-                label,
-                f"{found.proven:.5g}",
-                f"{found.smallest_found:.5g}",
-                f"{effort:,}".replace(",", " "),
-                seconds,
-            )
-
-
 def elbow() -> Iterator[Row]:
     """What makes the torque of the PUMA 560's elbow along a motion, at most."""
     yield "part", "what it is", "at most, N m", "of peak"
@@ -265,10 +195,8 @@ TABLES = {
     "elbow": elbow,
     "held models": held_models,
     "box models": box_models,
-    "puma models": puma_models,
     "tubes": tubes,
     "boxes": boxes,
-    "definiteness": definiteness,
 }
 
 
