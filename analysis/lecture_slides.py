@@ -148,7 +148,8 @@ def matrix(findings: gd.types.Findings) -> Figure:
     ax.set_axis_off()
     ax.set(xlim=(-0.1, 8.9), ylim=(6.1, -0.1))
     verdicts = findings.dominance.verdict.to_series()
-    shares = findings.dominance.torque_share.to_series()
+    # Drives are part of it; the budget is 1 % of peak torque.
+    shares = 0.01 * findings.dominance.consequence.to_series()
     places: dict[str, tuple[float, float]] = {
         f"D{i}{j}": (j - 1, i - 1) for i in range(1, 7) for j in range(i, 7)
     }
@@ -158,7 +159,7 @@ def matrix(findings: gd.types.Findings) -> Figure:
         colour = "gravity" if name[0] == "c" and verdict != "zero" else verdict
         share = shares.get(name, 0.0)
         said = (
-            "" if verdict == "zero" else f"\n{100 * share:.2g} %" if share < 1 else f"\n{100 * share:.0f} %"
+            "" if verdict == "zero" else f"\n{100 * share:.2g} %" if share < 0.1 else f"\n{100 * share:.0f} %"
         )
         cell(ax, x + 0.5, y + 0.5, colour, 0.92, 0.92, f"{name}{said}", 19)
     names = [name for name in COLOURS if name in {*verdicts, "gravity"}]

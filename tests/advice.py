@@ -32,7 +32,8 @@ def _false_options(text: str, verbs: list[click.Command]) -> Iterator[str]:
     for option, word in _OPTION.findall(text):
         if option == "--help":
             continue
-        takers = [(verb, param) for verb in verbs for param in verb.params if option in param.opts]
+        every = [(verb, param) for verb in verbs for param in verb.params]
+        takers = [(verb, param) for verb, param in every if option in (*param.opts, *param.secondary_opts)]
         if not takers:
             yield f"{option} of {', '.join(str(verb.name) for verb in verbs[:2])}"
         elif word and not any(_takes(verb, param, word) for verb, param in takers):

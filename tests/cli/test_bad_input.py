@@ -375,6 +375,7 @@ def test_without_numba_it_is_said_how_to_install_it(run, here, listing, monkeypa
         assert listing() == before
 
 
+@pytest.mark.slow
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     (here / "own.toml").write_text(toml_of(arm_of(["askew"] * 7, rng)))
     result = run("rank own.toml --states 9 --limits all=1")

@@ -164,14 +164,16 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
         (1.0, 1.0, 0.02, "check masses, gravity, payload and the limit"),
     ],
 )
-def test_a_torque_above_the_limit_is_the_first_warning(run, here, factor, speed, limit, cause):
+def test_a_torque_above_the_limit_is_the_first_warning_of_its_step(run, here, factor, speed, limit, cause):
     time = np.linspace(0.0, 2.0, 201)
     q = factor * np.column_stack([0.3 * np.sin(3.0 * time), 0.2 * np.cos(2.0 * time)])
     rows = np.column_stack([time / speed, q])
     np.savetxt("motion.csv", rows, delimiter=",", header="time,q1,q2", comments="")
     (here / "arm.urdf").write_text(re.sub('effort="[^"]*"', f'effort="{limit}"', two_joints()))
     for verb in ("columns", "", "simplify"):
-        first, *_ = run(f"{verb} arm.urdf motion.csv{' --format json' * (not verb)}").err.splitlines()
+        lines = run(f"{verb} arm.urdf motion.csv{' --format json' * (not verb)}").err.splitlines()
+        # The main job has told what it read before it knows torques.
+        first = next(line for line in lines if verb or "read as radians" not in line)
         assert re.match(rf"warning: joint \d.* needs .* times its limit of {limit:g} N m; .*{cause}", first)
     (here / "strong.urdf").write_text(re.sub('effort="[^"]*"', 'effort="1e9"', two_joints()))
     assert "times its limit" not in run("columns strong.urdf motion.csv").err

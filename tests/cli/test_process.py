@@ -68,7 +68,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
         assert run("--version").out == f"gd-analyze {gd.__version__}\ncache {told}\n"
 
 
-@pytest.mark.parametrize("words", ["two_link two-link-swing", "simplify two_link"])
+@pytest.mark.parametrize("words", [long("two_link two-link-swing"), "simplify two_link"])
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
     def told(line: str) -> dict:
         kept_program.cache_clear()
@@ -289,7 +289,8 @@ def test_long_work_tells_its_warnings_while_it_lasts(on_terminal, process, here,
     words = "two_link far.csv --format json"
     if terminal:
         done, shown = on_terminal(words)
-        assert shown.index("warning: ") < shown.index("Verdicts at")
+        plain = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown)
+        assert plain.index("warning: ") < plain.index("Verdicts at")
     else:
         done = process(words, silent=0)
         stages = done.err.splitlines()

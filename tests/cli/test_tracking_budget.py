@@ -10,6 +10,7 @@ import gd_analyze as gd
 SWING = "simplify two_link two-link-swing --budget"
 
 
+@pytest.mark.slow
 def test_a_model_is_made_for_it_and_tracks_as_well(run):
     words = "tracking 3deg at 40 rad/s"
     found = run(SWING, words, "-o", "model.json", "--json").json

@@ -268,7 +268,7 @@ def test_every_way_has_the_value_of_the_terms(case):
     assert programs[THOROUGH].count.total <= min(programs[effort].count.total for effort in (ROUGH, COUNTING))
 
 
-@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), long("puma560", 580), ("stanford", 460)])
+@pytest.mark.parametrize(("name", "fewest"), [("two_link", 22), long("puma560", 580), long("stanford", 460)])
 def test_all_terms_of_an_arm_take_few_operations(name, fewest):
     """Extracted once, with a margin of some 5 %; nested, the PUMA takes 639 and the Stanford arm 583."""
     form = ExactForm(load_arm(name))

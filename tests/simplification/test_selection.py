@@ -80,6 +80,7 @@ def test_a_search_keeps_the_budget_and_what_stays(choice, bits):
     assert [each.selected.tolist() for each in again] == [each.selected.tolist() for each in (first, *found)]
 
 
+@pytest.mark.slow
 def test_of_few_terms_the_cheapest_selection_is_found():
     """All selections of up to eight terms are tried: of 60 draws, the search misses the cheapest of none."""
     missed = []
