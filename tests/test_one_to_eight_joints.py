@@ -70,6 +70,7 @@ def test_a_million_terms_are_refused_with_the_level_that_takes_them(level):
     assert "--level fast" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_an_exact_model_of_a_million_terms_is_kept_and_read(tmp_path):
     """By its parts: a list of its terms would take gigabytes, and its program cannot be written out."""
     arm = arm_of(["askew"] * 8, np.random.default_rng(4))

@@ -61,6 +61,7 @@ def in_pieces(tube, rng, count=2000):
     return rng.uniform(lower[0], upper[0])
 
 
+@pytest.mark.slow
 @examples(20)
 @given(
     motions(count=5),

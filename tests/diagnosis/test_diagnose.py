@@ -119,6 +119,7 @@ def test_the_zero_of_a_slide(tmp_path):
     assert said(log, *found["remedy"].split(), arm="stanford")["cause"] is None
 
 
+@pytest.mark.slow
 def test_joints_of_a_wrist_that_move_each_other(puma, tmp_path):
     """Axes 4 and 5 of a PUMA cross; power is the same in either pair of variables."""
     robot = Robot.of(puma, 4)

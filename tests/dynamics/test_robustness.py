@@ -51,6 +51,7 @@ def test_parts_of_sampled_arms_are_those_that_decompose_gives(case, seed):
             assert np.abs(ours - parts[:, effect]).max() <= 200 * EPS * scale
 
 
+@pytest.mark.slow
 def test_probabilities_are_those_of_plain_monte_carlo():
     """500 arms drawn here, decomposed and ranked one by one."""
     puma = gd.load_arm("puma560")

@@ -41,7 +41,7 @@ def passes(language: str, name: str, folder: Path) -> bool:
     [
         pytest.param("c", marks=needs_gcc),
         pytest.param("cpp", marks=needs_gpp),
-        "python",
+        pytest.param("python", marks=pytest.mark.slow),
         pytest.param("matlab", marks=needs("octave")),
     ],
 )

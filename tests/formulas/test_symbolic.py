@@ -132,6 +132,7 @@ def tables(draw: st.DrawFn) -> RobotArm:
     return RobotArm("drawn", tuple(joints), tuple(links))
 
 
+@pytest.mark.slow
 @examples(4)
 @given(tables(), st.integers(0, 2**32 - 1))
 def test_three_joints_with_full_inertias(arm, seed):

@@ -17,6 +17,7 @@ from gd_analyze.results.hdf5 import OF_SCALES
 from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
 from gd_analyze.studies.study_files import write_findings
+from long_cases import long
 from strategies import names_in
 
 # The PUMA states uncertainties.
@@ -114,7 +115,7 @@ except gd.GdAnalyzeError as error:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits on file size are a matter of POSIX")
-@pytest.mark.parametrize("size", [0, 100_000, 400_000])
+@pytest.mark.parametrize("size", [long(0), 100_000, long(400_000)])
 def test_a_file_that_does_not_fit_is_refused_before_it_is_written(stored, tmp_path, size):
     """In a process of its own: a limit on the size of files stands for a disk that is full."""
     assert stored.stat().st_size > size

@@ -108,6 +108,7 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
     assert "Not even the exact model" in control_result(narrow).headline
 
 
+@pytest.mark.slow
 def test_a_model_without_inertia_has_no_feedback():
     """Along a motion in which the wrist hardly moves, a program drops its inertia; fixed gains help."""
     settings = gd.types.ControlSettings(rates=(200.0,), speeds=(1.0,))
