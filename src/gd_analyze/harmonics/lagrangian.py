@@ -17,6 +17,7 @@ import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -114,13 +115,28 @@ def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> d
 
 def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
     """Sum of torque terms, each source times its factor; those that cancel are left out."""
-    out: dict[TorqueTerm, float] = defaultdict(float)
-    size: dict[TorqueTerm, float] = defaultdict(float)
+    sums, sizes = _accumulated(sources)
+    return {key: weight for key, weight in sums.items() if abs(weight) > _CANCELLED * sizes[key]}
+
+
+def summed_per_unit(sources: Iterable[tuple[FloatArray, Torques]]) -> dict[TorqueTerm, FloatArray]:
+    """The same for factors of several parameters, shape (parameters,); weights that cancel are zero."""
+    sums, sizes = _accumulated(sources)
+    return {key: np.where(abs(weight) > _CANCELLED * sizes[key], weight, 0.0) for key, weight in sums.items()}
+
+
+def _accumulated(
+    sources: Iterable[tuple[Any, Torques]],
+) -> tuple[dict[TorqueTerm, Any], dict[TorqueTerm, Any]]:
+    """Sums of the weights of every term, and of their magnitudes."""
+    sums: dict[TorqueTerm, Any] = defaultdict(float)
+    sizes: dict[TorqueTerm, Any] = defaultdict(float)
     for factor, torques in sources:
         for key, weight in torques.items():
-            out[key] += factor * weight
-            size[key] += abs(factor * weight)
-    return {key: weight for key, weight in out.items() if abs(weight) > _CANCELLED * size[key]}
+            summand = factor * weight
+            sums[key] += summand
+            sizes[key] += abs(summand)
+    return sums, sizes
 
 
 def _pair(j: int, k: int) -> tuple[Velocity, Velocity]:

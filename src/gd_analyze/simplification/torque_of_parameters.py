@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.lagrangian import torques_of
+from gd_analyze.harmonics.lagrangian import summed_per_unit, torques_of
 from gd_analyze.harmonics.parameter_terms import energy_terms_of_parameters
-from gd_analyze.harmonics.terms import EnergyTerm, Torques, TorqueTerm
+from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
@@ -21,8 +20,6 @@ from gd_analyze.simplification.torque_program import program_of_parameters
 
 # Share of its summands by which a coefficient differs from its sum of base parameters through round-off.
 _ROUND_OFF = 1e-9
-# Share of its summands below which a sum of a few products counts as cancelled.
-_CANCELLED = 1e-13
 
 
 def torque_of_parameters(model: SimplifiedModel, base: BaseParameters) -> Program:
@@ -40,26 +37,21 @@ def torque_of_parameters(model: SimplifiedModel, base: BaseParameters) -> Progra
     own: Mapping[Any, FloatArray] = energies
     if not all(isinstance(term, EnergyTerm) for term in model.terms):
         velocities = model.form.velocities
-        own = _summed((per_unit, torques_of(energy, velocities)) for energy, per_unit in energies.items())
+        own = summed_per_unit(
+            (per_unit, torques_of(energy, velocities)) for energy, per_unit in energies.items()
+        )
+    if not model.terms.keys() <= own.keys():
+        raise _refused(model, "a term that its geometry has not")
     of_terms = {term: own[term] for term in model.terms}
     numbers = np.array([parameter.number for parameter in base])
     for term, weight in model.terms.items():
         size = np.abs(of_terms[term]) @ np.abs(numbers)
         if abs(of_terms[term] @ numbers - weight) > _ROUND_OFF * size:
             raise _refused(model, "fitted coefficients")
-    torques = _summed((per_unit, level.source(model.form, term)) for term, per_unit in of_terms.items())
+    torques = summed_per_unit(
+        (per_unit, level.source(model.form, term)) for term, per_unit in of_terms.items()
+    )
     return program_of_parameters(model.form.velocities, torques, len(base))
-
-
-def _summed(sources: Iterable[tuple[FloatArray, Torques]]) -> dict[TorqueTerm, FloatArray]:
-    """Sum of torque terms, each source times its numbers (base parameters,); round-off counts as zero."""
-    out: dict[TorqueTerm, Any] = defaultdict(float)
-    size: dict[TorqueTerm, Any] = defaultdict(float)
-    for per_unit, torques in sources:
-        for term, weight in torques.items():
-            out[term] = out[term] + weight * per_unit
-            size[term] = size[term] + np.abs(weight * per_unit)
-    return {term: np.where(np.abs(sums) > _CANCELLED * size[term], sums, 0.0) for term, sums in out.items()}
 
 
 def _refused(model: SimplifiedModel, reason: str) -> UsageError:
