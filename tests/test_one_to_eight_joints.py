@@ -17,6 +17,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.studies.main_job import find
+from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.study_files import write_findings
 from long_cases import long_but
 from parallel_axes import arm_of, scara
@@ -90,3 +91,15 @@ def test_a_program_too_long_to_be_written_out_is_tried_at_states(tmp_path):
     save_model(replace(model, program=wrong.program), tmp_path / "model.json")
     with pytest.raises(gd.GdAnalyzeError, match="the program does not compute the terms"):
         load_model(tmp_path / "model.json")
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
+def test_dominant_parts_too_long_to_be_written_out_are_not_proven():
+    """Of seven general joints, single terms are ranked, but the parts of elements have no sum of terms."""
+    arm = arm_of(["askew"] * 7, np.random.default_rng(4))
+    findings = find(arm, swinging(arm, 25), Settings(level="element", dominance=0.4))
+    assert not findings.model.is_exact
+    assert findings.tables["tube"].tube_certified.isnull().all()
+    assert "too long" in findings.tables["tube"].attrs["note"]
+    assert findings.tables["beyond"].certified.isnull().all()

@@ -117,5 +117,5 @@ def _why_unproven(models: RunModels) -> str:
     why = "the model is the exact torque, with no error but round-off to bound"
     if not models.model.is_exact:
         name = models.model.arm.name
-        why = f"{name} has too many equations to be written out here; `gd-analyze certify` does it"
+        why = f"the model of {name} is too long to be written out; `gd-analyze evaluate` tests it at states"
     return f"Not certified: {why}."

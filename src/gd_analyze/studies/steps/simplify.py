@@ -215,12 +215,13 @@ def _other_budgets(
 
 
 def _efforts(dynamics: RunDynamics, model: SimplifiedModel) -> Efforts | None:
-    """Efforts of the model's certificates; None if it has too many terms."""
-    if not dynamics.too_many_terms:
+    """Efforts of the model's certificates; None if it has too many terms, or too long a program."""
+    is_short = not dynamics.too_many_terms
+    if is_short and model.level.has_torque_terms:
         return _USUAL
     with suppress(TooLongError):
-        if not model.is_exact and usual_effort(model) is not None:
-            return _LITTLE
+        if (is_short or not model.is_exact) and usual_effort(model) is not None:
+            return _USUAL if is_short else _LITTLE
     return None
 
 
