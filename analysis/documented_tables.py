@@ -1,4 +1,4 @@
-"""The tables of figures in docs/simplification.md, certificate.md and three_minutes.md, computed and written there.
+"""Tables of models and bounds: computed, and written into `documented_tables.md` and docs/three_minutes.md.
 
 A table follows a line `<!-- table: NAME -->`, and ends with the next empty line. Some minutes in all:
 `python analysis/documented_tables.py [NAME ...]`
@@ -29,8 +29,7 @@ from gd_analyze.text import number
 from psdm_measure import arm_of
 
 PAGES = [
-    Path(__file__).parents[1] / "docs" / name
-    for name in ("simplification.md", "certificate.md", "three_minutes.md")
+    Path(__file__).parents[1] / name for name in ("analysis/documented_tables.md", "docs/three_minutes.md")
 ]
 MOTIONS = ("pick-and-place", "large-slew", "wrist-move")
 Row = Iterable[object]

@@ -1,4 +1,4 @@
-"""How exact is it? Measures every identity the numbers must satisfy and writes `docs/verification.md`.
+"""How exact is it? Measures every identity the numbers must satisfy and writes `verification.md` beside this file.
 
 Run it again after any change of the mechanics: `python analysis/verification.py`.
 """
@@ -240,5 +240,4 @@ def report() -> str:
 
 
 if __name__ == "__main__":
-    folder = Path(__file__).resolve().parent.parent / "docs"
-    (folder / "verification.md").write_text(report(), encoding="utf-8")
+    Path(__file__).with_suffix(".md").write_text(report(), encoding="utf-8")

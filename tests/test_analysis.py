@@ -45,7 +45,7 @@ def test_verification_measures_and_documents_every_identity() -> None:
     measurements = list(module.measure())
     for row in measurements:
         assert row.measured <= row.bound, row
-    documented = (ROOT / "docs" / "verification.md").read_text("utf-8")
+    documented = (ROOT / "analysis" / "verification.md").read_text("utf-8")
     for row in measurements:
         assert f"| {row.identity} | {row.unit} |" in documented
     arms = {row.arm for row in measurements}

@@ -43,6 +43,19 @@ def records(verb: str) -> Iterator[tuple[click.Parameter, tuple[str, str]]]:
             yield parameter, record
 
 
+# Options that come together are named together.
+TOGETHER = {"options of arms": ["--tip", "--base", "--lock", "--limits", "--gravity", "--drive-inertia"]}
+
+
+def grouped(names: list[str]) -> list[str]:
+    """Names of options, those that come together by one name."""
+    for name, options in TOGETHER.items():
+        if set(options) <= set(names):
+            names[names.index(options[0])] = name
+            names = [other for other in names if other not in options]
+    return names
+
+
 def help_of_its_own(verb: str = "") -> str:
     """Help of a verb, or of the main job, without what it shares with others, which is named last."""
     shared, text, names = shared_records(), help_of(*filter(None, [verb])), []
@@ -52,7 +65,7 @@ def help_of_its_own(verb: str = "") -> str:
             if shared[record] < len(app.commands) - 1:  # all but `completion`, which gives no result
                 names.append(parameter.opts[-1] if record[0].startswith("-") else record[0])
     text = re.sub(r"\n[^\n:]*:\n(?=\n|$)", "", text).rstrip()  # no heading above nothing
-    named = textwrap.fill(f"Shared: {', '.join(names)}.", WIDTH, break_on_hyphens=False)
+    named = textwrap.fill(f"Shared: {', '.join(grouped(names))}.", WIDTH, break_on_hyphens=False)
     return f"{text}\n\n{named}\n" if names else f"{text}\n"
 
 

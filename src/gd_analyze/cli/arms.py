@@ -23,15 +23,13 @@ if TYPE_CHECKING:
     "--to",
     "form",
     type=click.Choice(["toml"]),
-    help="Print the arm as a TOML file, to keep, to edit, or as a template for your own arm.",
+    help="Print the arm as a TOML file that gives the same torques.",
 )
 @reporting
 def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
     r"""List the built-in arms, or inspect one.
 
-    Implausible numbers are listed first, then the chain of joints and the links they move, placements,
-    masses, limits, drives, sources and assumptions. With --to toml the arm is printed as a TOML file that
-    gives the same torques; a TOML file without additions is printed unchanged.
+    Implausible numbers come first, then chain, placements, masses, limits, drives, sources and assumptions.
 
     \b
     Examples:

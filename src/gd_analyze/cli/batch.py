@@ -16,8 +16,8 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 @click.argument(
     "table",
     type=FILE,
-    help="CSV with a column per option (arm, trajectory, budget, level, ...); YAML or TOML with a value or a "
-    "list per option, for all combinations, and `rows`; or a folder with a folder of logs per robot.",
+    help="CSV with a column per option; YAML or TOML with a value or a list per option, for all "
+    "combinations, and `rows`; or a folder with a folder of logs per robot.",
 )
 @click.option("-o", "--out", type=OutputPath(), default="batch", help="Folder for table, record and files.")
 @click.option(
@@ -26,7 +26,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     type=NameList(("none", "h5", "json", "csv", "html", "pdf"), "format"),
     default="json",
     metavar="LIST",
-    help="Files to write for every row, in a folder of its own; comma-separated; json is the model.",
+    help="Files to write for every row; json is the model.",
 )
 @click.option("--to", type=NameList(("csv", "parquet"), "table"), default="csv", metavar="LIST",
               help="Table to write: csv, parquet (needs pyarrow), or both.")  # fmt: skip
@@ -46,9 +46,8 @@ def batch(
 ) -> None:
     r"""Run the main job for every row of a table of arms, motions and options.
 
-    A row is recorded when it ends. After an interruption the same command continues, and repeats failed rows.
-    The table states why a row failed, and the exit code is 1. Results do not depend on the order of rows or
-    the number of workers.
+    After an interruption the same command continues, and repeats failed rows. The table states why a row
+    failed, and the exit code is 1.
 
     \b
     Examples:

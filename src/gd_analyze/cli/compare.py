@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 @log_options
 @options.payload
 @click.option(
-    "--symbolic", is_flag=True, help="Only print FGL87's two-link arm in symbols, by every formulation."
+    "--symbolic",
+    is_flag=True,
+    help="Only print [FGL87]'s two-link arm in symbols, by every formulation (needs SymPy).",
 )
 @reporting
 def compare(
@@ -33,9 +35,8 @@ def compare(
 ) -> None:
     r"""Count and compare every formulation of the arm's dynamics.
 
-    Multiplications and additions are counted by running each formulation's own code on counting numbers;
-    torques are compared with each other and with Pinocchio. With --symbolic the same code runs on symbols for
-    [FGL87]'s two-link arm (needs SymPy).
+    Operations are counted by running each formulation's own code on counting numbers; torques are compared
+    with each other and with Pinocchio.
 
     \b
     Examples:

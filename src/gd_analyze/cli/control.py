@@ -43,7 +43,7 @@ def _parse_tolerance(text: str) -> gd.types.Tolerance:
 
 
 @click.command(short_help="Simulate control with a simplified model; see how it tracks.")
-@options.model()
+@options.model
 @options.trajectory()
 @log_options
 @options.payload
@@ -54,21 +54,21 @@ def _parse_tolerance(text: str) -> gd.types.Tolerance:
     type=_numbers("frequency", "continuous"),
     default="continuous,500,100",
     metavar="LIST",
-    help="Loop rates, Hz, comma-separated, with torque held for a period; or `continuous`.",
+    help="Loop rates, Hz, or `continuous`.",
 )
 @click.option(
     "--speeds",
     type=_numbers(),
     default="0.25,0.5,1,2",
     metavar="LIST",
-    help="Speeds of the motion, as multiples of the planned one, comma-separated.",
+    help="Speeds of the motion, as multiples of the planned one.",
 )
 @click.option(
     "--bandwidth",
     type=Amount("angular frequency"),
     default=20.0,
     metavar="NUMBER",
-    help="Natural frequency of every joint's error, rad/s; 1 Hz is 6.28 rad/s.",
+    help="Natural frequency of every joint's error, rad/s.",
 )
 @click.option(
     "--damping",
@@ -108,11 +108,9 @@ def control(
 ) -> None:
     r"""Simulate control of the exact arm along a motion, to judge the simplified model.
 
-    The controllers use no model, gravity only, all but h, the simplified model, or the exact one. Computed
-    torque is D (qdd_d + K_d e' + K_p e) + h + c of the controller's model; PD compensates gravity only. The
-    motion runs at several speeds, which shows from which speed on tracking needs h. With --payload the arm
-    carries a load that no controller knows. Bounds on the tracking error that the model's torque error causes
-    are shown beside the simulated error.
+    The controllers use no model, gravity only, all but h, the simplified model, or the exact one. With
+    --payload the arm carries a load that none of them knows. Bounds on the tracking error stand beside the
+    simulated one. docs/control.md says more.
 
     \b
     Examples:

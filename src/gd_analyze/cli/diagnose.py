@@ -35,8 +35,7 @@ def diagnose(
     r"""Say why logs and an arm's file disagree.
 
     Signs, scales, columns, zeros, coupled joints, gravity, payloads, late torques and units of time are
-    tried beside the file's own error and friction, and ranked by what remains. The answer names the best
-    with the option that mends it, or says that nothing needs an explanation.
+    tried. The answer names the best with the option that mends it.
 
     \b
     Examples:

@@ -30,21 +30,20 @@ _FORMS = {".tex": "latex", ".mml": "mathml", ".py": "sympy"}
     "--format",
     "form",
     type=click.Choice(["text", "latex", "mathml", "sympy"]),
-    help="How to write them: sympy is a Python script, the others give an equation per element.  "
-    "[default: by the ending of --out, .tex, .mml or .py; else text]",
+    help="An equation per element, or a Python script for SymPy.  [default: by the ending of --out, .tex, "
+    ".mml or .py; else text]",
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
 @click.option(
     "--parameters",
     is_flag=True,
-    help="Print the base (minimal) inertial parameters instead, each as a combination of the links' masses, "
-    "first moments and inertias.",
+    help="Print the base inertial parameters instead, each as a combination of the links' own.",
 )
 @click.option(
     "--symbolic",
     is_flag=True,
-    help="Write lengths, masses, centres of mass and inertias as symbols, and list their values. Arms of "
-    "more than four joints need --element.",
+    help="Write lengths, masses and inertias as symbols, and list their values. Arms of more than four "
+    "joints need --element.",
 )
 @options.digits("Significant digits of coefficients; sympy and --symbolic keep all.")
 @options.out("Write the equations into this file.")
@@ -62,8 +61,6 @@ def equations(
     output: Output,
 ) -> None:
     r"""Print the exact equations of motion: every term of D, h and c.
-
-    The terms are found from numeric values, for any arm; see docs/equations.md.
 
     \b
     Examples:

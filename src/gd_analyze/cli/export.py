@@ -43,24 +43,21 @@ if TYPE_CHECKING:
     ),
     default="torque",
     metavar="LIST",
-    help="Functions: torque, with D, h and c, always; derivatives: of torque, by q and qd; coriolis_matrix: "
-    "C with C qd = h; forward: accelerations from torques; payload: torque of a load given as an argument; "
-    "friction: of the drives; regressor: torque per unit of every base parameter; parameters: torque with "
-    "the base parameters as an argument, of a model with its terms alone. Or decomposition: the exact D and "
-    "h by effect, and c, of the links alone.",
+    help="Functions beside torque, D, h and c: derivatives (of torque), coriolis_matrix, forward "
+    "(accelerations), payload (torque of a load), friction (of the drives), regressor, parameters (by base "
+    "parameters). Or decomposition: D and h by effect, and c, of the links alone.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
 @click.option("--float", "single", is_flag=True, help="In C: single precision.")
 @click.option(
     "--bound/--no-bound",
     default=True,
-    help="For a model: prove a bound on its error within the arm's limits, and write bound and limits too.",
+    help="For a model: prove a bound on its error within the arm's limits, and write both.",
 )
 @click.option(
     "--tests",
     is_flag=True,
-    help="Also write tests that compare the exported code with values computed here: C and C++ with "
-    "CMakeLists.txt, pytest, MATLAB.",
+    help="Also write tests of the exported code: C and C++ with CMakeLists.txt, pytest, MATLAB.",
 )
 @options.drives
 @click.option("-o", "--out", type=OutputPath(), default=Path(), help="Folder to write to.")
@@ -81,9 +78,7 @@ def export(
 ) -> None:
     r"""Write a simplified model, or the exact dynamics of an arm, in other languages.
 
-    ROBOT is the model.json of a simplified model, or an arm for its exact dynamics. The program is the same
-    in all languages: torque, D, h and c as functions, with their operations and errors in the header. C
-    allocates nothing and needs only libm.
+    ROBOT is the model.json of a simplified model, or an arm for its exact dynamics.
 
     \b
     Examples:

@@ -36,10 +36,10 @@ SHOWN_EFFECTS = NameList(("combined", "translation", "rotation", "centrifugal", 
     type=SHOWN_EFFECTS,
     default="combined,translation,rotation",
     metavar="LIST",
-    help="Curves of each element; centrifugal and coriolis are shares of h.",
+    help="Curves of each element; of h also centrifugal and coriolis.",
 )
 @click.option("--marks/--no-marks", default=None, help="Mark set points.  [default: if there are up to 50]")
-@options.share("--dominance", "10%", "A part counts if dropping it changes the element by more.")
+@options.share("--dominance", "10%", "As for the main job.")
 @options.drives
 @options.payload
 @options.out("Folder for the files.  [default: figures]")
@@ -55,10 +55,10 @@ def figures(
     output: Output,
     **look: Any,
 ) -> None:
-    r"""Draw inertia, Coriolis and centrifugal, and gravity terms by effect, and which effect dominates when.
+    r"""Draw D, h and c by effect, and which effect dominates when.
 
-    The files are inertia, coriolis_centrifugal, gravity_loading and dominance; with --element, only those
-    that these elements need. dominance.csv: parts, shares, verdict and torque of elements at every set point.
+    The files are inertia, coriolis_centrifugal, gravity_loading and dominance, as far as --element needs
+    them. dominance.csv has parts, shares, verdict and torque at every set point.
 
     \b
     Examples:

@@ -31,22 +31,21 @@ _picking_options = together(
         "--lock",
         metavar="JOINT=VALUE",
         multiple=True,
-        help="URDF or MJCF: hold a joint at a value in rad, m, or with a unit (90deg, 20mm); its links keep "
-        "their mass. May be repeated.",
+        help="URDF or MJCF: hold a joint at a value (rad, m, 90deg, 20mm); its links keep their mass. May be "
+        "repeated.",
     ),
     click.option(
         "--limits",
         metavar="FILE|JOINT=VALUE",
         multiple=True,
-        help="Add acceleration limits in rad/s^2, m/s^2, or with a unit: elbow=10, all=600deg, a list in the "
-        "joints' order, or a YAML or TOML file such as MoveIt's joint_limits.yaml. May be repeated.",
+        help="Acceleration limits: elbow=10, all=600deg, a list in the joints' order, or a file such as "
+        "MoveIt's joint_limits.yaml. May be repeated.",
     ),
     click.option("--gravity", metavar="LIST", help="Gravity in the base frame, m/s^2: 0,0,-9.81."),
     click.option(
         "--drive-inertia",
         metavar="LIST|FILE",
-        help="Drive inertia at each joint, kg m^2 (prismatic: kg); or a TOML file of [[drives]] tables as in "
-        "arm files, with friction and torque limits.",
+        help="Drive inertia at each joint, kg m^2 (prismatic: kg); or a TOML file of [[drives]] tables.",
     ),
 )
 

@@ -28,13 +28,13 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     type=TRAJECTORY,
     multiple=True,
     metavar="LOG",
-    help="A log with an unknown payload; its mass and centre of mass are identified, too. May be repeated.",
+    help="A log with an unknown payload, which is identified, too. May be repeated.",
 )
 @click.option(
     "--mass",
     type=options.Amount("mass"),
     metavar="KG",
-    help="Mass of that payload, if it is known: all torques are scaled so that it is met.",
+    help="Mass of that payload, if known: all torques are scaled to meet it.",
 )
 @click.option(
     "--plain",
@@ -44,12 +44,12 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 @click.option(
     "--no-model",
     is_flag=True,
-    help="Skip the search for the simplified model that the logs support.",
+    help="Skip the search for the model that the logs support.",
 )
 @click.option(
     "--anyway",
     is_flag=True,
-    help="Identify even where `gd-analyze diagnose` finds another cause than the links' numbers.",
+    help="Identify even where `diagnose` finds another cause than the links' numbers.",
 )
 @options.out("Write the identified arm into this TOML file.")
 @options.folder("Folder for a report; without it none is written.", option="--report")
@@ -71,16 +71,13 @@ def identify(
 ) -> None:
     r"""Fit an arm's links, drives and friction to logs of motions and torques.
 
-    One weighted least-squares fit covers all joints and logs, with physically consistent bodies;
-    parameters that the logs do not determine keep the file's values, as do joints that they do not improve.
-    The result states how well the fit predicts held-out torques, and what of it is doubtful. The TOML file
-    is an arm for every verb; `--budget uncertainty` makes models as exact as the logs.
+    What the logs do not determine keeps the file's values. The result states how well the fit predicts
+    held-out torques, and what of it is doubtful.
 
     \b
     Examples:
       gd-analyze identify my_robot.urdf log.csv -o identified.toml
       gd-analyze identify my_robot.urdf a.csv b.csv --held-out c.csv --report report
-      gd-analyze identify my_robot.urdf bare.csv --loaded gripping.csv --torque-constant 10,10,8,9,9,9
       gd-analyze identify my_robot.urdf bare.csv --loaded gripping.csv --mass 2.8
       gd-analyze simplify identified.toml log.csv --budget uncertainty
     """

@@ -36,15 +36,13 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
     return together(
         option(
             "--columns",
-            "Log: column names if it has no header, such as time,q1..q6,-; if it has one, the only columns "
-            "to use.",
+            "Log: names of its columns, such as time,q1..q6,-; or, if it has a header, those to use.",
             metavar="LIST",
         ),
         option(
             "--map",
-            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of a "
-            "column per joint (q=mp1..mp7), or the log's name for a joint (joint:elbow=joint_a3). May be "
-            "repeated.",
+            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none), of a column "
+            "per joint (q=mp1..mp7), or its name for a joint (joint:elbow=joint_a3). May be repeated.",
             metavar="ROLE=COLUMN",
             multiple=True,
         ),
@@ -58,43 +56,42 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         option("--degrees", "Log: angles are in degrees where columns name no unit.", is_flag=True),
         option(
             "--family",
-            "Log: if several columns hold the same quantity, take those with this word in their names "
-            "(target, actual); for one role: torque=cur. May be repeated.",
+            "Log: of columns of the same quantity, take those with this word in their names (target, "
+            "actual); for one role: torque=cur. May be repeated.",
             metavar="WORD",
             multiple=True,
         ),
         option("--topic", "Bag: topic to read.", metavar="TOPIC"),
         option(
             "--torque-constant",
-            "Log: its torque columns hold currents; joint torque per ampere, one value per joint.",
+            "Log: joint torque per ampere of each joint, where torque columns hold currents.",
             metavar="LIST",
         ),
         option(
             "--torque-sign",
-            "Log: -1 for joints whose torque is reversed, 1 for others, or one sign for all.",
+            "Log: -1 for joints whose torque is reversed, else 1; or one sign for all.",
             metavar="LIST",
         ),
         option(
             "--position-sign",
-            "Log: -1 for joints that count the other way, 1 for others, or one sign for all; reverses "
-            "positions and torques.",
+            "Log: likewise for joints that count the other way; reverses positions and torques.",
             metavar="LIST",
         ),
         option(
             "--offset",
-            "Log: added to a joint's positions, in rad, m, or with a unit: 3=90deg. May be repeated.",
+            "Log: added to a joint's positions: 3=90deg. May be repeated.",
             metavar="JOINT=ANGLE",
             multiple=True,
         ),
         option(
             "--couple",
             "Log: a joint's variable as a sum of those logged, such as q3=q3-q2 where joint 3 is measured "
-            "against the base; torques keep the power the same. May be repeated.",
+            "against the base. May be repeated.",
             metavar="SUM",
             multiple=True,
         ),
         option("--lag", "Log: time by which torques are late, such as 4ms.", metavar="TIME"),
-        option("--drop-rows", "Log: leave out corrupt rows, which are refused otherwise.", is_flag=True),
+        option("--drop-rows", "Log: leave out corrupt rows.", is_flag=True),
         option(
             "--measured/--planned",
             "Log: sensor readings, to be smoothed, or a plan.  [default: judged by its columns]",
@@ -108,7 +105,7 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         ),
         option(
             "--largest-gap",
-            "Readings: longest time between two samples that is not a gap in the motion.",
+            "Readings: longest step between samples that is no gap.",
             metavar="SECONDS",
             type=Amount("time"),
         ),

@@ -44,19 +44,19 @@ class MainJobContext(click.Context):
 @options.simplify
 @options.drives
 @options.payload
-@options.margin("How far from the motion the budget holds and errors are proven")
+@options.margin
 @options.dominance
 @click.option("--fit-friction", is_flag=True, help="Fit friction to the measured torques of a log.")
 @click.option(
     "--christoffel/--no-christoffel",
     default=None,
-    help="Store h_ijk, 2 n^3 numbers per set point, or not.  [default: stored for up to 8192 set points]",
+    help="Store h_ijk.  [default: for up to 8192 set points]",
 )
 @click.option(
     "--every-set-point/--no-every-set-point",
     default=None,
-    help="Of more than 8192 set points, tables and figures show a selection. Also store D, h, c and torques "
-    "at all of them, or not.  [default: stored for up to 131072]",
+    help="Of more than 8192 set points a selection is shown. Also store D, h, c and torques at all.  "
+    "[default: for up to 131072]",
 )
 @click.option("--by-link", is_flag=True, help="Also store what each link contributes.")
 @click.option("--terms", is_flag=True, help="Also store the terms T1..T4, R1, R2 of h.")
@@ -114,8 +114,7 @@ def report(
 ) -> None:
     r"""Rebuild the reports of a stored analysis.h5, without computing anything.
 
-    Reports beside the file are replaced; a folder named with --out must not hold another run. The terminal
-    shows what the main job showed.
+    Reports beside the file are replaced. The terminal shows what the main job showed.
 
     \b
     Examples:

@@ -34,10 +34,9 @@ _OPTIONS |= {"n_set_points": "--points", "duration": "--duration"}
 @log_options_listed
 @reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:
-    r"""Show role, joint and unit of each column of a log, with the reason, and which columns are unused.
+    r"""Show role, joint and unit of each column of a log, and why.
 
-    The numbers are checked, too, with the warnings and errors of the main job. Options that make a log
-    readable here do so in every verb.
+    The numbers are checked, too, as by the main job. The options work in every verb that reads logs.
 
     \b
     Examples:
@@ -90,7 +89,7 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 @options.number(
     "--points",
     31,
-    "Number of set points, evenly spaced in time; with --exciting by default 100 per second.",
+    "Number of set points, evenly spaced; with --exciting by default 100 per second.",
     2,
     1_000_000,
 )
@@ -109,22 +108,22 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
     help=f"{', '.join(PROFILE_NAMES[:-1])} or {PROFILE_NAMES[-1]}.",
 )
 @click.option(
-    "--allow-violations", is_flag=True, help="Only warn of velocities or accelerations above their limits."
+    "--allow-violations", is_flag=True, help="Only warn of velocities and accelerations above limits."
 )
 @click.option(
     "--exciting",
     is_flag=True,
     is_eager=True,
-    help="In place of --from and --to: plan Fourier series within the arm's limits that determine "
-    "links, drives and friction best, for `gd-analyze identify`.",
+    help="In place of --from and --to: the motion that excites links, drives and friction best, for "
+    "`identify`.",
 )
 @click.option(
     "--within",
     metavar="LIST",
-    help="With --exciting: box that the end effector must not leave, as x,y,z of its lower, then of its "
-    "upper corner, m, base frame.",
+    help="With --exciting: box for the end effector, x,y,z of its lower and of its upper corner, m, base "
+    "frame.",
 )
-@options.number("--seed", 0, "With --exciting: seed of the search; the same seed plans the same motion.")
+@options.number("--seed", 0, "With --exciting: seed of the search.")
 @options.out("CSV file.  [default: standard output]")
 @reporting
 def plan(
@@ -143,8 +142,6 @@ def plan(
     output: Output,
 ) -> None:
     r"""Plan set points from rest to rest and compare them with the arm's limits.
-
-    The CSV file records the command that made it in its first line.
 
     \b
     Examples:

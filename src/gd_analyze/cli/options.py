@@ -197,7 +197,7 @@ def folder(
     words: str, names: tuple[str, ...] = ("html", "pdf", "json"), option: str = "--out"
 ) -> Callable[[F], F]:
     """--out or another option, a folder; --overwrite; --format, some of the files a verb writes there."""
-    help_of_overwrite = "Replace a run in that folder of another arm or motion, or with other options."
+    help_of_overwrite = "Replace another run in that folder."
     help_of_format = "Files to write, comma-separated."
     all_names = ",".join(names)
     kind = NameList(names, "format")
@@ -211,24 +211,20 @@ def folder(
     )
 
 
-def margin(words: str) -> Callable[[F], F]:
-    """--margin; None where it is not given."""
-    return click.option(
-        "--margin",
-        type=Parsed("margin", parse_margin),
-        metavar="LIST",
-        help=f"{words}: 1deg or 1mm of position (revolute or prismatic joints), qd=2% of each joint's peak "
-        "velocity, qdd=5% of its peak acceleration; those not named keep their default.  "
-        "[default: 1deg,1mm,qd=2%,qdd=5%]",
-    )
+# None where it is not given.
+margin = click.option(
+    "--margin",
+    type=Parsed("margin", parse_margin),
+    metavar="LIST",
+    help="How far from the motion a bound holds: position of revolute and prismatic joints, shares of peak "
+    "velocity and acceleration; those not named keep their default.  [default: 1deg,1mm,qd=2%,qdd=5%]",
+)
+
+# MODEL, a model.json.
+model = click.argument("model", type=FILE, help="A model.json that gd-analyze wrote.")
 
 
-def model(made_by: str = "gd-analyze") -> Callable[[F], F]:
-    """MODEL, a model.json."""
-    return click.argument("model", type=FILE, help=f"A model.json that {made_by} wrote.")
-
-
-_TRAJECTORY_WORDS = "CSV file, log (options: `gd-analyze columns --help`), name of a shipped trajectory, "
+_TRAJECTORY_WORDS = "CSV file, log (options: `gd-analyze columns --help`), shipped trajectory, "
 DRAWN = "Without one, states are drawn within the arm's limits."
 
 
@@ -238,9 +234,7 @@ def trajectory(without: str = "") -> Callable[[F], F]:
     return click.argument("trajectory", type=TRAJECTORY, required=not without, help=words)
 
 
-def trajectories(
-    without: str = "", several: str = "with several motions the budget holds on each"
-) -> Callable[[F], F]:
+def trajectories(without: str = "", several: str = "the budget holds on each") -> Callable[[F], F]:
     """TRAJECTORY..., one or several; optional where `without` says what happens then."""
     words = f"{_TRAJECTORY_WORDS}- for standard input, or a folder of these; {several}. {without}"
     return click.argument(
@@ -258,7 +252,7 @@ payload = click.option(
     type=Parsed("payload", _payload_in),
     metavar="LIST",
     help="Load at the end effector: mass,x,y,z[,ixx,iyy,izz[,ixy,ixz,iyz]] in kg, m and kg m^2, in the frame "
-    "of --tip, or else of the last link; the inertia is about the payload's centre of mass.",
+    "of --tip, or else of the last link; inertia about the centre of mass.",
 )
 
 drives = click.option(
@@ -269,7 +263,7 @@ drives = click.option(
 
 states = together(
     number("--states", 4000, "Number of states to draw if there is no trajectory.", 1, 1_000_000),
-    number("--seed", 0, "Seed of these states; the same seed draws the same states."),
+    number("--seed", 0, "Seed of these states."),
 )
 
 
@@ -284,23 +278,22 @@ dominance = together(
     share(
         "--dominance",
         "10%",
-        "A part counts if dropping it changes the element by more than this share of the element's peak.",
+        "A part counts if dropping it changes the element by more than this share of its peak.",
     ),
     click.option(
         "--uncertainty",
         type=Parsed("uncertainty", _uncertainty_in),
         metavar="LIST",
-        help="Standard uncertainties of all links, in place of the arm file's, for the probability of "
-        "verdicts: mass=5% (or kg), com=2mm (or m), inertia=10% (or kg m^2), comma-separated.",
+        help="Standard uncertainties of all links, for the probability of verdicts: "
+        "mass=5%,com=2mm,inertia=10%.  [default: those of the arm file]",
     ),
 )
 
 top = number("--top", 0, "Rows of the ranking to print.")
 
 BUDGET = (
-    "Allowed torque error: a share of each joint's peak torque (1%), torque limit (0.5% limit), "
-    "Coulomb friction (10% friction) or parameter uncertainty (uncertainty), or N m (0.5); the larger of "
-    'several joined by "or" (1% or 10% friction); one for all joints, or one per joint, comma-separated.'
+    "Allowed torque error: 1% (of each joint's peak torque), 0.5% limit, 10% friction, uncertainty, or 0.5 "
+    '(N m); the larger of several joined by "or"; for all joints, or one per joint, comma-separated.'
 )
 
 
@@ -330,23 +323,23 @@ verdicts = click.option(
     type=click.Choice(("own", "text")),
     default="own",
     show_default=True,
-    help="With --level element: keep the dominant part of every element, by verdicts over the states (own) "
-    "or by [FGL87]'s (text), and state the resulting torque error.",
+    help="With --level element: whose verdicts say which part of an element is kept, those over the states "
+    "(own) or [FGL87]'s (text).",
 )
 simplify = together(
     click.option(
         "--refit",
         is_flag=True,
-        help="Refit the kept terms to compensate for the dropped ones (levels term and energy).",
+        help="Refit the kept terms (levels term and energy).",
     ),
     number(
         "--operations",
         None,
-        "Largest number of multiplications and additions of the model; the budget is scaled to meet it.",
+        "Most multiplications and additions of the model; the budget is scaled to meet it.",
     ),
     click.option(
         "--at-set-points",
         is_flag=True,
-        help="Keep the budget at the set points only, or at the states drawn.",
+        help="Keep the budget at the set points, or at the states drawn, only.",
     ),
 )

@@ -29,8 +29,8 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
 @options.budget(
-    f"{BUDGET} Or, along a trajectory, the allowed tracking error: `tracking 0.1deg` of every joint, "
-    "`tracking 1mm at the end effector`, followed by the loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
+    f"{BUDGET} Or, along a trajectory, `tracking 0.1deg` or `tracking 1mm at the end effector`, with the "
+    "loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
     _budget_or_tracking,
 )
 @options.level()
@@ -40,15 +40,14 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     type=click.FloatRange(0.0, 1000.0, min_open=True),
     default=1.0,
     metavar="FACTOR",
-    help="Length of the search, as a multiple of the usual one, which takes seconds (seven joints: half a "
-    "minute) and at most a minute; the result is the best model found by then.",
+    help="Length of the search, as a multiple of the usual one.",
 )
 @click.option(
     "--within",
     type=click.FloatRange(0.0, min_open=True),
     default=None,
     metavar="SECONDS",
-    help="Level fast: end the search after so many seconds, with the shortest program found by then.",
+    help="Level fast: end the search after so many seconds.",
 )
 @click.option(
     "--sine-price",
@@ -56,24 +55,21 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     default=SINE_PRICE,
     show_default=True,
     metavar="OPERATIONS",
-    help="Multiplications and additions that a sine or cosine counts as when models are compared; with 0 "
-    "only multiplications and additions count, as in reports.",
+    help="Operations that a sine or cosine counts as when models are compared.",
 )
 @click.option(
     "--certified",
     is_flag=True,
-    help="Give only a model whose budget is proven: for every state within the arm's limits or, if a "
-    "trajectory is given, within --margin of the motion, between its set points too.",
+    help="Give only a model whose budget is proven, near the motion or within the arm's limits.",
 )
 @options.verdicts
-@options.margin("How far from the motion the budget holds")
+@options.margin
 @click.option(
     "--velocities",
     type=click.Choice(("absolute", "joint")),
     default=None,
-    help="How to print equations of levels term and energy: D, h and c by element in joint velocities, or "
-    "torques in absolute velocities, usually with fewer operations.  [default: joint at level term, else "
-    "absolute]",
+    help="Print D, h and c by element in joint velocities, or torques in absolute velocities (levels term "
+    "and energy).  [default: joint at level term, else absolute]",
 )
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")
@@ -98,12 +94,9 @@ def simplify(
 ) -> None:
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
-    The budget holds at every state near the motion, or near each of several, and is proven where the proof
-    succeeds. Without a trajectory a search within the arm's limits finds no larger error: it ascends from the
-    worst of 20 000 positions, velocities and accelerations the worst at each; shares of peak torque are of
-    that at the --states drawn. With --operations the budget holds at the set points or states drawn only.
-    Equations of level term are D, h and c by element, those of level energy are in absolute velocities, those
-    of level fast the steps of a program, see docs/simplification.md.
+    The budget holds near the motion, or near each of several, and is proven where the proof succeeds; without
+    a trajectory, within the arm's limits as far as a search finds. With --operations it holds at the set
+    points or states drawn only. docs/simplification.md says more.
 
     \b
     Examples:
@@ -114,9 +107,6 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level fast --within 20
-      gd-analyze simplify puma560 pick-and-place --level element --verdicts text
-      gd-analyze simplify puma560 pick-and-place --velocities absolute
-      gd-analyze simplify my_arm.toml --refit --level energy -o model.json
     """
     if within is not None and level != "fast":
         raise click.UsageError("--within needs --level fast")
@@ -180,9 +170,8 @@ def simplify(
 def rank(inputs: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by their torque, alone and together with all terms ranked below.
 
-    "Without" is the largest torque error of a model without a term and all terms ranked below it. If you
-    accept that error, all these terms may be dropped together. Velocities and rows are absolute ones, see
-    docs/simplification.md.
+    "Without" is the largest torque error of a model without a term and all terms ranked below it. Velocities
+    and rows are absolute ones.
 
     \b
     Examples:
@@ -206,15 +195,13 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
 @click.option(
     "--quick",
     is_flag=True,
-    help="Take all models of a level from one elimination: seconds, not minutes, but more operations.",
+    help="Take all models of a level from one elimination: seconds, but more operations.",
 )
 @reporting
 def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
-    Without --quick this takes seven times as long as `simplify` at every level: some minutes for six joints.
-    An arm with too many terms to choose from is simplified at level fast.
-
+    Some minutes for six joints; an arm with too many terms to choose from is simplified at level fast.
     `simplify --budget` or `simplify --operations` makes the model of a point.
 
     \b

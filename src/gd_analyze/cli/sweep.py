@@ -28,22 +28,20 @@ if TYPE_CHECKING:
     multiple=True,
     required=True,
     metavar="NAME=LOW..HIGH[:COUNT]",
-    help="What varies: a number by its key in arm files, as joint2.a (or joint2.a_mm), link3.mass, "
-    "link3.com.x, link3.inertia.xx, drive1.inertia, gravity.z; or speed, a multiple of the motion's. "
-    "COUNT values, 21 without it. May be repeated: every combination.",
+    help="A number by its key in arm files, as joint2.a, joint2.a_mm, link3.com.x, gravity.z; or speed, a "
+    "multiple of the motion's. COUNT values, 21 without it. May be repeated: every combination.",
 )
-@options.number("--samples", None, "Draw this many arms uniformly from the ranges, in place of a grid.", 1)
+@options.number("--samples", None, "Draw this many arms from the ranges, in place of a grid.", 1)
 @options.number("--seed", 0, "Seed of the samples.")
-@options.budget()
+@options.budget("Allowed torque error, as for the main job.")
 @options.share("--dominance", "10%", "As for the main job.")
-@options.share("--precision", "0.02%", "Share of each range to which changes of verdicts are bisected.")
+@options.share("--precision", "0.02%", "Share of the range to which changes of verdicts are bisected.")
 @click.option(
     "--operations",
     type=click.Choice(["quick", *LEVEL_NAMES, "none"]),
     default=None,
-    help="Operations of the simplified model at every point. quick: estimated from the terms left at level "
-    "term, to about 20 %, 0.1 s a point; a level: of its model, seconds a point.  "
-    "[default: quick on grids of up to 1000 points]",
+    help="Operations of the simplified model at every point: a quick count, 0.1 s a point, or of a level's "
+    "model, seconds a point.  [default: quick on grids of up to 1000 points]",
 )
 @options.drives
 @options.payload
@@ -66,9 +64,7 @@ def sweep(
     r"""Vary numbers of an arm along a motion: peak torque by effect, verdicts, and where these change.
 
     Everything else is kept: a longer link keeps its mass, its inertia, and its centre of mass in the link
-    frame, and the joints keep their motion. Verdicts are those of the ranking of elements; another one per
-    joint says whether its torque without h stays within the budget. Changes between neighbours on the grid
-    are bisected, along one parameter at a time.
+    frame, and the joints keep their motion.
 
     \b
     Examples:

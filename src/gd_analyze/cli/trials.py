@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @click.command(short_help="Errors of a model on motions, and a verdict.")
-@options.model()
+@options.model
 @options.trajectories(DRAWN, several="each motion is judged by itself")
 @log_options
 @click.option(
@@ -26,16 +26,12 @@ if TYPE_CHECKING:
     metavar="LIST",
     default="stated",
     show_default=True,
-    help="Exit with code 1 if a joint's error is larger on any motion: a share of its peak torque "
-    "along that motion (1%), N m (0.5), `1% or 0.5`, one entry per joint with commas, all as --budget of "
-    "`simplify`; `promise`, what the model's own budget allows; `stated`, what the model states for these "
-    "states: its certificate's bound within its box or tube, or its budget at states it was fitted on; or "
-    "`none`, no verdict, as with --payload by default.",
+    help="Exit with code 1 if a joint's error is larger on any motion: as --budget of `simplify`, along that "
+    "motion; `promise`, what the model's budget allowed; `stated`, what the model states for these states; "
+    "or `none`, as with --payload by default.",
 )
 @click.option("--strict", is_flag=True, help="Fail also where the model states nothing.")
-@click.option(
-    "--arm", metavar="ROBOT", help="A version of the model's arm whose exact torque counts instead."
-)
+@click.option("--arm", metavar="ROBOT", help="Another version of the model's arm, whose exact torque counts.")
 @options.payload
 @click.option(
     "--fit-friction", is_flag=True, help="With measured torques: fit friction, and show what remains."
@@ -60,12 +56,9 @@ def evaluate(
 ) -> None:
     r"""Compare a simplified model with exact dynamics on motions, or at drawn states, and give a verdict.
 
-    For each joint the result shows the model's torque error, what it promised, and whether the error is above
-    --fail-over. The error that a model states is for certain states; at others there is no verdict unless
-    --fail-over names one, and the exit code is 0, or with --strict 1. The result also lists set points
-    outside the arm's limits, where a certificate for these limits does not hold, and, for a log with measured
-    torques, how far exact and simplified torque are from them. With --payload the exact torque is that of the
-    arm with its load; the model is unchanged.
+    At states for which the model states nothing there is no verdict unless --fail-over names one. Set points
+    outside the arm's limits are listed, and measured torques compared. With --payload the exact torque is
+    that of the loaded arm; the model is unchanged.
 
     \b
     Examples:
@@ -116,24 +109,22 @@ def evaluate(
 
 
 @click.command(short_help="Bound a model's torque error along a motion or over a box.")
-@options.model("`simplify`")
+@options.model
 @click.option(
     "--along",
     type=TRAJECTORY,
     metavar="TRAJECTORY",
-    help="Bound the error at all states within --margin of a motion: a CSV file, a shipped name, or - for "
-    "standard input. Without it, at all states within the arm's ranges and its velocity and acceleration "
-    "limits.",
+    help="Bound the error near a motion: a CSV file, a shipped name, or - for standard input. Without it, "
+    "within the arm's limits.",
 )
 @log_options
-@options.margin("With --along: how far states may be from the motion")
+@options.margin
 @click.option(
     "--effort",
     type=click.IntRange(min=1),
     default=250_000,
-    help="Positions per joint at which the error is evaluated; ten times as many for every angle beyond the "
-    "fourth that it depends on, up to the seventh; along a motion, a twentieth as many small boxes; for D, a "
-    "thirtieth as many positions. Any number gives a valid bound, a larger one a tighter bound.",
+    help="Positions per joint at which the error is evaluated; any number gives a valid bound, a larger one "
+    "a tighter bound.",
 )
 @click.option("--check", is_flag=True, help="Prove again the certificate stated in the model's file.")
 @reporting
@@ -142,15 +133,11 @@ def certify(
 ) -> None:
     r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
-    With --along, the bound holds for every state within the margins of the motion, between its set points
-    too; a second bound holds for all combinations of values between the motion's extremes. Without it, the
-    bound holds for all states within the arm's limits, and the largest error that a search found is shown
-    beside it. Both are for the program in the file. For a model of level energy the smallest eigenvalue of D
-    is bounded as well. Allowed and sampled errors are measured again if their states are available: drawn
-    ones, a shipped trajectory's, or those of --along. The same input gives the same figures on any machine.
+    With --along, a second bound holds for all combinations of values between the motion's extremes. The
+    largest error that a search found is shown beside each bound, and D's smallest eigenvalue is bounded.
 
-    --check proves again what the file states, for the same states and with the same effort: the exit code is
-    0 if every bound holds, 1 if one does not. If the motion is not a shipped one, name its file with --along.
+    --check proves again what the file states: the exit code is 0 if every bound holds, 1 if one does not. If
+    the motion is not a shipped one, name its file with --along.
 
     \b
     Examples:
