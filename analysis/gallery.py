@@ -42,7 +42,7 @@ FOLDER = ROOT / "docs" / "gallery"
 PAGE = ROOT / "docs" / "gallery.md"
 HEAD = """# Gallery
 
-Results for shipped and published arms: a figure, its commands, and the report that they write.
+A figure, its commands, and the report that they write.
 
 <!-- Written by analysis/gallery.py. -->
 """
@@ -144,9 +144,9 @@ RESULTS = (
         (f"gd-analyze identify ur10_robot.urdf {LOG} -o ur10.toml --report ur10-report",),
         identified,
         "Torque of the six joints of a UR10 over 27 s: measured, of the file, and identified",
-        f"The file knows neither friction nor drives; what is identified from the first two thirds (extra "
-        f"`logs`) predicts the last, shaded. The file is that of {DATA} (ROS-Industrial, BSD), the log `ur10_inverse_dynamics_solver/bagfiles/{LOG}` "
-        f"of the [University of Salerno]({SALERNO}) (Petrone, Ferrentino, Chiacchio; BSD-3-Clause).",
+        f"The file knows neither friction nor drives; what is identified from the first two thirds predicts the last, shaded. "
+        f"File: {DATA} (ROS-Industrial, BSD). Log: `ur10_inverse_dynamics_solver/bagfiles/{LOG}` of the "
+        f"[University of Salerno]({SALERNO}) (Petrone, Ferrentino, Chiacchio; BSD-3-Clause).",
         inputs=("ur10_robot.urdf", LOG),
     ),
     Result(
@@ -160,8 +160,7 @@ RESULTS = (
         ),
         "inertia",
         "The 28 elements of D of a Franka Panda by effect",
-        f"Translation suffices for the large joints, and rotation counts towards the hand; the file is that of {DATA} "
-        "(Franka Robotics, Apache-2.0).",
+        f"Translation suffices for the large joints, and rotation counts towards the hand. File: {DATA} (Franka Robotics, Apache-2.0).",
         inputs=("panda.urdf",),
     ),
     Result(
@@ -173,10 +172,8 @@ RESULTS = (
         diagnosed,
         "Measured and fitted torque of the seven joints of a Franka Panda over 24 s",
         "File and friction explain joints 2 to 6, and nothing is blamed for the others: joints 1 and 7 carry next to no "
-        "weight, and a quarter of their torques, which are small, remains. The recorded arm had no hand; the file has "
-        "one of 4 % of its mass, which a log does not tell from a heavier flange. The log is "
-        f"`franka_inria_inverse_dynamics_solver/bagfiles/{PANDA_LOG}` of the [University of Salerno]({SALERNO}) "
-        "(BSD-3-Clause).",
+        "weight, and a quarter of their small torques remains. "
+        f"Log: `franka_inria_inverse_dynamics_solver/bagfiles/{PANDA_LOG}` of the same university (BSD-3-Clause).",
         inputs=("panda.urdf", PANDA_LOG),
     ),
     Result(
@@ -190,8 +187,8 @@ RESULTS = (
         ),
         "inertia",
         "The ten elements of D of a SCARA by effect",
-        "The spindle, joint 3, slides parallel to the other joints' axes and is coupled to none of them: D13, D23 and "
-        "D34 are zero. The numbers are those of Lloyd, Irani and Ahmadi 2021, Table 1.",
+        "The spindle, joint 3, slides parallel to the other joints' axes: D13, D23 and D34 are zero. Numbers: Lloyd, Irani and "
+        "Ahmadi 2021, Table 1.",
     ),
     Result(
         "sweep",

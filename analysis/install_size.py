@@ -1,4 +1,4 @@
-"""Size of every dependency, and what installing takes, written into docs/install.md.
+"""Size of every dependency, and what installing takes, written into `install_size.md` beside this file.
 
 Run it with the Python of an environment that holds `pip install .` and nothing else: `python analysis/install_size.py`.
 Packages should be in the caches of pip and uv already.
@@ -19,7 +19,7 @@ from pathlib import Path
 from gd_analyze.files import write_text
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "install.md"
+PAGE = Path(__file__).with_suffix(".md")
 COMMANDS = ("pip install .", "pip install --no-compile .", "pip wheel --no-deps .", "uv pip install .")
 
 
