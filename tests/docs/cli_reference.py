@@ -64,7 +64,8 @@ def help_of_its_own(verb: str = "") -> str:
             text = text.replace(lines_of(record, text), "", 1)
             if shared[record] < len(app.commands) - 1:  # all but `completion`, which gives no result
                 names.append(parameter.opts[-1] if record[0].startswith("-") else record[0])
-    text = re.sub(r"\n  Examples:\n(?:    .*\n)+", "", text)  # the pages have commands
+    # The pages have commands, and the verbs follow.
+    text = re.sub(r"\n  Examples:\n(?:    .*\n)+|\nVerbs \(.*\n(?:  .*\n)+", "", text)
     text = re.sub(r"\n[^\n:]*:\n(?=\n|$)", "", text).rstrip()  # no heading above nothing
     named = textwrap.fill(f"Shared: {', '.join(grouped(names))}.", WIDTH, break_on_hyphens=False)
     return f"{text}\n\n{named}\n" if names else f"{text}\n"
