@@ -16,6 +16,7 @@ from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.formulas.languages import LatexPrinter
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.text import number
+from long_cases import long
 
 OCTAVE = ("octave", "--no-gui", "--no-init-file", "--quiet")
 PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]
@@ -25,13 +26,14 @@ def statements(case: str) -> str:
     """Lines that read a case's states, call it, and write what it gives, of all states and of the first."""
     what = subject(case)
     n, place = what.n, case.replace(" ", "_")
-    shapes = {f"of_{x.name}": x.shape for function in what.functions for x in function.outputs}
+    # By function: the torque and that of parameters are both called tau.
+    shapes = {f"{function.name}_{x.name}": x.shape for function in what.functions for x in function.outputs}
     main, further = what.functions[:4], what.functions[4:]
-    listed = [f"of_{x.name}" for function in main for x in function.outputs]
+    listed = [f"{function.name}_{x.name}" for function in main for x in function.outputs]
     listed += ["stated"] * bool(what.torque) + ["further"] * bool(further)
     calls = [f"[{', '.join(listed)}] = {what.name}({'q, qd, qdd' if what.torque else 'q, qd'});"]
     for function in further:
-        names = ", ".join(f"of_{x.name}" for x in function.outputs)
+        names = ", ".join(f"{function.name}_{x.name}" for x in function.outputs)
         given = ", ".join("qdd" if word == "tau" else word for word in function.arguments)
         calls.append(f"[{names}] = further.{function.name}({given});")
     # Rows of matrices follow each other, as in every other language.
@@ -67,11 +69,16 @@ def test_a_box_of_many_joints_is_named_in_full():
     assert all(name in text for name in names)
 
 
+# Two cases of models, with all functions of one of them; writing and reading those of six joints takes long.
+FEW = ("two_link term", "two_link energy", "two_link further", "two_link decomposition")
+
+
 @needs("octave")
-def test_octave_gives_what_the_model_gives(tmp_path):
+@pytest.mark.parametrize("cases", [FEW, long(CASES)], ids=["few", "all"])
+def test_octave_gives_what_the_model_gives(cases, tmp_path):
     """All cases in one process, which takes long to start."""
     lines = []
-    for case in CASES:
+    for case in cases:
         place = tmp_path / case.replace(" ", "_")
         written(subject(case), "matlab").save(place)
         np.hstack(states(case).arrays).tofile(place / "states.bin")
@@ -80,7 +87,7 @@ def test_octave_gives_what_the_model_gives(tmp_path):
     lines.append("printf('%.17g %.17g\\n', [stated.error_bound; stated.lower]);")
     (tmp_path / "every_case.m").write_text("\n".join(lines), encoding="ascii")
     said = called(*OCTAVE, "every_case.m", folder=tmp_path).decode()
-    for case in CASES:
+    for case in cases:
         what, drawn = subject(case), states(case)
         found = np.fromfile(tmp_path / case.replace(" ", "_") / "results.bin").reshape(len(drawn) + 1, -1)
         sizes = [size_of(function) for function in what.functions]

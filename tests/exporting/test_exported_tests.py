@@ -12,11 +12,14 @@ from exported_cases import subject
 from running import STRICT, called, needs, needs_gcc, needs_gpp
 
 from gd_analyze.exporting.export import written
+from gd_analyze.exporting.export_input import OF_PARAMETERS
 from long_cases import long
 
 CASES = ("two_link term", "two_link further", "stanford decomposition")
 MATLAB = ("octave", "--no-gui", "--no-init-file", "--quiet")
 SOURCES = {"c": ".c", "cpp": ".hpp", "python": ".py", "matlab": ".m"}
+# Where the values of a function stand that its test expects.
+WANTED = {"c": "of_{}[states]", "python": '"{}": (', "matlab": "wanted.{} = ["}
 BUILT = {
     "c": ("gcc", "-std=c99", *STRICT, "{}_test.c", "{}.c", "-lm", "-o", "run"),
     "cpp": ("g++", "-std=c++11", *STRICT, "{}_test.cpp", "-o", "run"),
@@ -59,6 +62,29 @@ def test_a_changed_number_is_noticed(language, case, tmp_path):
     for begin, end in places[:: max(len(places) // few, 1)]:
         path.write_text(text[:begin] + repr(1.001 * float(text[begin:end])) + text[end:])
         assert not passes(language, what.name, tmp_path), text[begin - 30 : end + 20]
+
+
+@pytest.mark.parametrize(
+    "language",
+    [
+        pytest.param("c", marks=needs_gcc),
+        pytest.param("python", marks=pytest.mark.slow),
+        pytest.param("matlab", marks=needs("octave")),
+    ],
+)
+@pytest.mark.parametrize("case", ["two_link", "two_link term"])
+def test_regressor_and_parameters_pass_their_own_test(language, case, tmp_path):
+    """Of exact dynamics and of a model; a wrong expected number of either function is noticed."""
+    what = subject(case).with_functions(OF_PARAMETERS)
+    written(what, language, tests=True).save(tmp_path)
+    assert passes(language, what.name, tmp_path)
+    (path,) = (path for path in tmp_path.iterdir() if "test" in path.stem)
+    text, numbers = path.read_text(), re.compile(r"\d+\.\d{3,}")
+    for name in ("regressor", "torque_of_parameters"):
+        begin = text.index(WANTED[language].format(name))
+        wrong = numbers.sub(lambda number: repr(1.001 * float(number[0]) + 1.0), text[begin:], count=1)
+        path.write_text(text[:begin] + wrong)
+        assert not passes(language, what.name, tmp_path), name
 
 
 @needs_gcc
