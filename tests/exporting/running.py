@@ -163,6 +163,14 @@ def imported(what: ExportInput, language: str, folder: Path) -> ModuleType:
     return module
 
 
+def of_each_state(call: Any, given: Sequence[FloatArray], n_outputs: int) -> Any:
+    """What SymPy gives of one state after the other: an array per output, or the only one."""
+    each = [call(*state) for state in zip(*given, strict=True)]
+    parts = zip(*each, strict=True) if n_outputs > 1 else [each]
+    arrays = [np.array([matrix.tolist() for matrix in part], dtype=float) for part in parts]
+    return arrays if n_outputs > 1 else arrays[0]
+
+
 def run_imported(
     what: ExportInput, language: str, states: gd.types.States, folder: Path
 ) -> dict[str, FloatArray]:
@@ -176,11 +184,15 @@ def run_imported(
         given = [every[name] for name in function.arguments]
         if language == "casadi":
             results = call.map(count)(*(x.T for x in given))
+        elif language == "sympy":
+            results = of_each_state(call, given, len(function.outputs))
         else:
             results = (pytest.importorskip("jax").jit(call) if language == "jax" else call)(*given)
         listed, rows = results if len(function.outputs) > 1 else [results], []
         for output, values in zip(function.outputs, listed, strict=True):
-            if language == "casadi":
+            if language == "sympy":
+                values = values.reshape(count, *output.shape)
+            elif language == "casadi":
                 # Matrices of the states stand side by side.
                 values = np.array(values).reshape(output.shape[0], count, -1).swapaxes(0, 1)
             else:

@@ -271,7 +271,7 @@ def test_coefficients_that_are_no_sums_of_parameters_are_refused():
         assert caught.value.details["where"] == "functions"
 
 
-@pytest.mark.parametrize("language", ["jax", "casadi", "python"])
+@pytest.mark.parametrize("language", ["jax", "casadi", "python", "sympy"])
 def test_what_is_exported_can_be_called_at_once(language, two_link):
     if language != "python":
         pytest.importorskip(language)
@@ -284,13 +284,40 @@ def test_what_is_exported_can_be_called_at_once(language, two_link):
             for j in range(2)
         }
     )
-    found = np.asarray(exported.function()(*state)).ravel()
+    found = np.asarray(exported.function()(*state), dtype=float).ravel()
     # JAX computes in single precision unless told otherwise.
     np.testing.assert_allclose(found, wanted[:, 0], rtol=1e-5 if language == "jax" else 1e-13)
     with pytest.raises(UsageError, match="no such function"):
         exported.function("friction")
     with pytest.raises(UsageError, match="can be called"):
         gd.export(two_link, "c").function()
+
+
+@pytest.mark.parametrize("case", ["two_link", "two_link energy", "puma560 term"])
+def test_sympys_functions_take_symbols(case):
+    """The expressions are the program; the torque's derivatives by the accelerations are D."""
+    sympy = pytest.importorskip("sympy")
+    plain, drawn = subject(case), states(case, 20)
+    exported, n = gd.export(plain.model or plain.arm, "sympy"), plain.n
+    symbols = [sympy.symbols(f"{name}1:{n + 1}") for name in ("q", "qd", "qdd")]
+    torque = exported.function()(*symbols)
+    given = [array.T for array in drawn.arrays]
+    found = sympy.lambdify(symbols, torque, "numpy", cse=True)(*given)[:, 0]
+    wanted = plain.torque.program.run(program_inputs(drawn))
+    # SymPy puts sums in an order of its own.
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=ROUND_OFF * np.abs(wanted).max())
+    slopes = sympy.lambdify(symbols[0], torque.jacobian(symbols[2]), "numpy", cse=True)
+    inertia = sympy.lambdify(symbols[0], exported.function("inertia")(symbols[0]), "numpy", cse=True)
+    for q in drawn.q:
+        expected = inertia(*q)
+        np.testing.assert_allclose(slopes(*q), expected, rtol=0, atol=ROUND_OFF * np.abs(expected).max())
+
+
+def test_sympys_functions_refuse_what_is_no_state(two_link):
+    pytest.importorskip("sympy")
+    gravity = gd.export(two_link, "sympy").function("gravity_loading")
+    with pytest.raises(ValueError, match="q has 2 entries, not 3"):
+        gravity([0.0, 0.0, 0.0])
 
 
 def test_friction_is_that_of_the_drives(puma, two_link):

@@ -31,6 +31,7 @@ BODIES = {
     "python": r"^def {}\((.*?)^    return ",
     "jax": r"^def {}\((.*?)^    return ",
     "casadi": r"^def _{}\((.*?)^    return ",
+    "sympy": r"^def {}\((.*?)^    return ",
     "matlab": r"^function [^\n]* = {1}_{0}\((.*?)^end",
 }
 
@@ -129,7 +130,7 @@ def test_compilers_take_any_names(tmp_path):
     called("g++", "-std=c++11", *STRICT, "-fsyntax-only", tmp_path / "main.cpp")
 
 
-@pytest.mark.parametrize("language", ["python", "jax", "casadi"])
+@pytest.mark.parametrize("language", ["python", "jax", "casadi", "sympy"])
 def test_python_takes_any_names(language, tmp_path, monkeypatch):
     pytest.importorskip({"python": "numpy"}.get(language, language))
     monkeypatch.chdir(tmp_path)

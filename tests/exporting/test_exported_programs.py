@@ -88,11 +88,15 @@ def assert_same_at_once(what, drawn, bulk):
         *(pytest.param("cpp", case, marks=needs_gpp) for case in CPP),
         pytest.param("cpp", "stanford further", marks=[needs_gpp, pytest.mark.slow]),
         *((name, case) if case in COMPILED else long(name, case) for name in IMPORTED for case in ALL),
-        *(("jax", f"two_link {what}") for what in ("element", "fast", "decomposition", "further")),
+        *(
+            (name, f"two_link {what}")
+            for name in ("jax", "sympy")
+            for what in ("element", "fast", "decomposition", "further")
+        ),
     ],
 )
 def test_other_languages_do_too(language, case, tmp_path):
-    what, drawn = subject(case), states(case, 200)
+    what, drawn = subject(case), states(case, 20 if language == "sympy" else 200)
     if language == "cpp":
         found, bulk = run_compiled(what, language, drawn, tmp_path, counts=COUNTS)
         assert_same_at_once(what, drawn, bulk)

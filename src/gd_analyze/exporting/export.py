@@ -11,7 +11,7 @@ from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.c import C, Cpp
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
-from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python
+from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python, Sympy
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
@@ -24,7 +24,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of, in_python
 
 CLASSES: dict[str, type[Language]] = dict(
-    zip(LANGUAGES, (C, Casadi, Cpp, Jax, Latex, Matlab, Python), strict=True)
+    zip(LANGUAGES, (C, Casadi, Cpp, Jax, Latex, Matlab, Python, Sympy), strict=True)
 )
 
 
@@ -73,8 +73,9 @@ class Exported:
     def function(self, name: str = "torque") -> Callable[..., Any]:
         """Load the exported text and return one of its functions, to be called at once.
 
-        Of JAX, CasADi and Python, the language that was exported first is taken: a function of `jax.numpy`
-        arrays, a `casadi.Function`, or a function of NumPy arrays.
+        Of JAX, CasADi, Python and SymPy, the language that was exported first is taken: a function of
+        `jax.numpy` arrays, a `casadi.Function`, a function of NumPy arrays, or a function of SymPy's symbols
+        or numbers.
 
         Parameters
         ----------
@@ -84,8 +85,8 @@ class Exported:
         Returns
         -------
         callable
-            The function, of joint positions, velocities and accelerations, shape (..., n), in rad (m)
-            and s; torque in N m (N).
+            The function, of joint positions, velocities and accelerations, shape (..., n), of SymPy's (n,),
+            in rad (m) and s; torque in N m (N).
 
         Raises
         ------
@@ -106,7 +107,7 @@ class Exported:
             )
         text = next((text for file, text in self.files.items() if file in self._modules), None)
         if text is None:
-            expected, found = "an export to jax, casadi or python", ", ".join(self.files)
+            expected, found = "an export to jax, casadi, python or sympy", ", ".join(self.files)
             raise UsageError("nothing exported can be called", expected=expected, found=found)
         module: dict[str, Any] = {"__name__": self.given.name}
         try:
@@ -119,7 +120,9 @@ class Exported:
     @property
     def _modules(self) -> set[str]:
         """Names that files with Python modules of functions have."""
-        return {f"{self.given.name}{suffix}" for kind in (Jax, Casadi, Python) for suffix in kind.files}
+        return {
+            f"{self.given.name}{suffix}" for kind in (Jax, Casadi, Python, Sympy) for suffix in kind.files
+        }
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
         """Files that `save` writes."""

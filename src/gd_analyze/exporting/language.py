@@ -175,3 +175,10 @@ class Casadi(Python):
 
     files: ClassVar = {"_casadi.py": "casadi.py.jinja"}
     module = short = "casadi"
+
+
+class Sympy(Python):
+    """Functions of SymPy's symbols or numbers, for expressions to derive, simplify and print."""
+
+    files: ClassVar = {"_sympy.py": "sympy.py.jinja"}
+    module = short = "sympy"

@@ -8,7 +8,7 @@ import sys
 import unicodedata
 from collections.abc import Sequence
 
-LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python")
+LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python", "sympy")
 
 # MATLAB allows 63 characters, including those appended to a name.
 LONGEST = 40
@@ -45,6 +45,7 @@ reshape size nargin nargout
     ),
     "casadi": "casadi",
     "jax": "jax jnp",
+    "sympy": "sympy",
     "arguments and outputs": "q qd qdd tau d h c stated",
     "files of Windows": " ".join(["con prn aux nul", *(f"com{k} lpt{k}" for k in range(10))]),
 }
