@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -21,13 +21,11 @@ from gd_analyze.text import (
     short_names,
 )
 
-# How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened. Pages
-# only: "math", symbols and formulas; "share", percent with a bar; "effect", such as "translation" or
-# "translation T", a coloured mark.
+# How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened, a
+# "share" is percent with a bar on pages.
 # fmt: off
 Shown = Literal[
-    "number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent",
-    "math", "share", "effect",
+    "number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent", "share",
 ]
 # fmt: on
 UNKNOWN = "–"
@@ -53,6 +51,14 @@ class Fact:
 
 
 @dataclass(frozen=True)
+class Mark:
+    """A word or sign in the colour of an effect."""
+
+    effect: str  # "translation", a quantity such as "inertia", or "none" for no colour
+    text: str
+
+
+@dataclass(frozen=True)
 class Column:
     """One column of a table."""
 
@@ -62,11 +68,13 @@ class Column:
     unit: str | Sequence[str] = ""  # of all rows, or one per row; JSON has none
     shown: Shown = "number"
     meaning: str = ""  # what the column says, in a noun phrase
+    drawn: Sequence[Any] | None = None  # symbols, formulas and marks that pages show in place of the values
+    pages_only: bool = False  # a terminal has no room for it
 
     @property
     def is_text(self) -> bool:
         """Whether the cells stand on the left."""
-        return self.shown in ("text", "name", "flag")
+        return self.shown in ("text", "name", "flag") or self.drawn is not None
 
     @property
     def is_number(self) -> bool:
@@ -95,29 +103,28 @@ class Table:
         """Number of rows."""
         return len(self.columns[0].values) if self.columns else 0
 
-    def shown(self) -> list[tuple[Column, str, list[str]]]:
+    def shown(self, *, on_page: bool = False) -> list[tuple[Column, str, list[str]]]:
         """Columns that people see, each with the unit for its heading and its cells as text.
 
         The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
         """
-        out = []
-        for column in self.columns:
-            if not column.label:
-                continue
+        seen, out = self._seen(on_page), []
+        for column in seen:
             unit, values = column.only_unit, column.values[: self.top]
             if unit is None:
                 cells = [value_text(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
                 out.append((column, "", cells))
                 continue
-            factor, unit = self._prefixed(unit) if column.is_number else (1.0, unit)
+            factor, unit = self._prefixed(unit, seen) if column.is_number else (1.0, unit)
             scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
             out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
 
-    def _prefixed(self, unit: str) -> tuple[float, str]:
-        alike = (
-            c.values[: self.top] for c in self.columns if c.label and c.is_number and c.only_unit == unit
-        )
+    def _seen(self, on_page: bool) -> list[Column]:
+        return [column for column in self.columns if column.label and (on_page or not column.pages_only)]
+
+    def _prefixed(self, unit: str, columns: Sequence[Column]) -> tuple[float, str]:
+        alike = (c.values[: self.top] for c in columns if c.is_number and c.only_unit == unit)
         sizes = [abs(value) for values in alike for value in values if _is_number(value)]
         return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
@@ -211,11 +218,16 @@ def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Co
     ]
 
 
+def for_pages(table: Table) -> Table:
+    """The same table, which a terminal leaves out."""
+    return replace(table, columns=tuple(replace(column, pages_only=True) for column in table.columns))
+
+
 def value_text(value: Any, unit: str = "", shown: Shown = "number") -> str:
     """Write one value as a person reads it, with its unit."""
     if _is_unknown(value):
         return UNKNOWN
-    if isinstance(value, str) or shown in ("text", "name", "math", "effect"):
+    if isinstance(value, str) or shown in ("text", "name"):
         return str(value)
     if shown == "flag" or isinstance(value, bool | np.bool_):
         return "yes" if value else "no"

@@ -1,6 +1,7 @@
 """Every variable, coordinate and attribute a result may hold, declared once: a line each of schema.csv.
 
-The same declaration makes a table, validates it, documents it and is stored with it as attributes. Where an
+The same declaration makes a table, validates it, documents it, is stored with it as attributes, and heads its
+column in terminal, page and PDF. Where an
 arm has revolute and prismatic joints, a unit that depends on their kind is given row by row, as a coordinate;
 a unit that depends on a row's subject always is.
 """
@@ -17,6 +18,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array
 from gd_analyze.errors import StoreError, UsageError
+from gd_analyze.result import Column
 from gd_analyze.text import LEVEL_NAMES, in_python
 
 if TYPE_CHECKING:
@@ -58,6 +60,8 @@ class Declared:
     among: str  # "nonnegative", "positive", or the values there may be, "|" between: see `choices`
     symbol: str
     equation: str  # where it is defined, or how
+    heading: str  # of its column in a result's table; "{}" stands for the label along a second dimension
+    shown: str  # how a person reads its values, see `gd_analyze.result.Shown`
     meaning: str
 
     def attributes(self, revolute: Sequence[bool]) -> dict[str, str]:
@@ -138,6 +142,47 @@ def quantity_units(kind: str, revolute: Sequence[bool]) -> Array:
     flags = np.array(revolute, dtype=int)
     axes = np.meshgrid(*[flags] * (len(SCHEMA_UNITS[kind]) - 1), indexing="ij")
     return np.array(SCHEMA_UNITS[kind])[sum(axes)]
+
+
+def declared(group: str, name: str) -> tuple[Declared, str]:
+    """The declaration of a variable or coordinate, and a label along its second dimension, or "".
+
+    The label may end the name: "part_peak_rotation".
+    """
+    declarations = GROUPS[group] | COORDINATES.get(group, {})
+    if name in declarations:
+        return declarations[name], ""
+    return next(
+        (declaration, name.removeprefix(f"{stem}_"))
+        for stem, declaration in declarations.items()
+        if len(declaration.dims) == 2 and name.startswith(f"{stem}_")
+    )
+
+
+def declared_column(
+    group: str,
+    name: str,
+    values: Sequence[Any] | np.ndarray,
+    units: str | Sequence[str] = "",
+    **changes: Any,
+) -> Column:
+    """Make the column of a variable or coordinate, as it is declared, see `declared`.
+
+    `units` are those of the rows, for a declaration that leaves it to them. `changes` are other fields of the
+    column.
+    """
+    declaration, label = declared(group, name)
+    unit = declaration.unit.removeprefix("1")  # a number without unit
+    by_row = unit in SCHEMA_UNITS or unit.startswith("@")
+    fields: dict[str, Any] = {
+        "key": name,
+        "values": values,
+        "label": declaration.heading.format(label),
+        "unit": units if by_row else unit,
+        "shown": declaration.shown or "number",
+        "meaning": declaration.meaning,
+    }
+    return Column(**(fields | changes))
 
 
 def table(

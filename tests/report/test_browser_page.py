@@ -69,11 +69,11 @@ def test_a_cell_opens_its_element(tab: Tab, puma_findings: Findings) -> None:
 
 def test_tables_sort(tab: Tab) -> None:
     ranks = (
-        "[...document.querySelector('#table-ranking').tBodies[0].rows].map((row) => row.cells[0].innerText)"
+        "[...document.querySelector('#table-dominance').tBodies[0].rows].map((row) => row.cells[0].innerText)"
     )
-    tab.click("#table-ranking thead th:first-child button")
+    tab.click("#table-dominance thead th:first-child button")
     up = tab.run(ranks)
-    tab.click("#table-ranking thead th:first-child button")
+    tab.click("#table-dominance thead th:first-child button")
     assert tab.run(ranks) == up[::-1]
     assert up == [str(k) for k in range(1, len(up) + 1)]
 

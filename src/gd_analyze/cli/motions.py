@@ -47,7 +47,8 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
         from gd_analyze.motions.states import states_of
-        from gd_analyze.result import Fact, Result, Table, columns_of
+        from gd_analyze.result import Fact, Result
+        from gd_analyze.results.motion_result import columns_table
 
         arm, path = robot.load(logs=[log]), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
@@ -56,8 +57,6 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         warn_of_torque_limits(arm, states_of(motion))
         recording = motion.recording
         measured = recording is not None and recording.measured
-    labels = {"column": "column", "role": "role", "joint": "joint", "unit": "unit", "why": "reason"}
-    table_columns = columns_of(logged.columns, *((key, label, "text") for key, label in labels.items()))
     output.give(
         Result(
             title=f"Columns of {logged.name}",
@@ -69,7 +68,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
                 Fact("rows", "Rows", len(logged.time), shown="count"),
                 Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
             ),
-            parts=(Table("columns", "Columns", tuple(table_columns)),),
+            parts=(columns_table(logged.columns),),
         )
     )
 

@@ -19,8 +19,9 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.budget import budget_words, summands
 from gd_analyze.result import Fact
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.near_motion import margins
 from gd_analyze.results.rows import changes_text, element_rows
-from gd_analyze.results.run_result import margins, verdict_section
+from gd_analyze.results.run_result import verdict_section
 from gd_analyze.text import amount, percent, pretty
 
 # Most terms of an exact equation that the page writes out.

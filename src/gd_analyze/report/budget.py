@@ -19,8 +19,9 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import gamma_size, worst_error
+from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
-from gd_analyze.results.run_result import near_bound, stop_rows
+from gd_analyze.results.run_result import stop_rows
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.text import percent, pretty, share_up
 

@@ -16,7 +16,7 @@ from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import PartNumbers, is_seen
-from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
+from gd_analyze.result import Column, Drawing, Equations, Fact, Mark, Part, Result, Section, Table
 from gd_analyze.text import pretty, signed, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -129,7 +129,7 @@ def table_html(table: Table, numbers: PartNumbers) -> str:
     """A table that scrolls if it is wide and can be sorted if it is long."""
     if not is_seen(table):
         return ""
-    columns = table.shown()
+    columns = table.shown(on_page=True)
     sortable = len(columns[0][2]) > _SORTABLE
     heads = []
     for column, unit, _ in columns:
@@ -150,15 +150,11 @@ def table_html(table: Table, numbers: PartNumbers) -> str:
 
 def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[str]:
     """Cells as elements of a row; a name heads its row."""
-    for value, cell in zip(column.values, map(text, written), strict=False):
+    all_drawn = column.drawn or [None] * len(written)
+    for value, drawn, cell in zip(column.values, all_drawn, map(text, written), strict=False):
         sorts = f' data-v="{float(value):.6g}"' if sortable and isinstance(value, int | float) else ""
-        if column.shown == "math":
-            yield f"<td>{maths(value)}</td>"
-        elif column.shown == "effect":
-            effect, _, mark = str(value or "").partition(" ")
-            yield (
-                f'<td><span class="kept {escape(effect)}">{text(mark)}</span></td>' if value else "<td></td>"
-            )
+        if drawn is not None:
+            yield f"<td>{_mark(drawn) if isinstance(drawn, Mark) else maths(drawn)}</td>"
         elif column.shown == "share":
             share = 0.0 if value is None else min(max(float(value), 0.0), 1.0)
             yield f'<td{sorts}><span class="share" style="--share:{share:.4g}">{cell}</span></td>'
@@ -168,9 +164,13 @@ def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[s
             yield f"<td{_side(column)}{sorts}>{signed(cell)}</td>"
 
 
+def _mark(mark: Mark) -> Markup:
+    return Markup('<span class="kept {}">{}</span>').format(mark.effect, text(mark.text))
+
+
 def _side(column: Column) -> str:
     """Words on the left, figures on the right."""
-    return "" if column.is_text or column.shown in ("math", "effect", "share") else ' class="value"'
+    return "" if column.is_text or column.shown == "share" else ' class="value"'
 
 
 def drawing_html(drawing: Drawing, numbers: PartNumbers) -> str:

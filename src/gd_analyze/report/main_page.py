@@ -34,8 +34,9 @@ from gd_analyze.report.numbering import PartNumbers
 from gd_analyze.result import Drawing, Section
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import structure_note
+from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.results.rows import joint_rows
-from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows, tube_bound
+from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows
 from gd_analyze.text import amount, percent, short_names, thousands
 
 _EMPTY_CELL = '<td class="value"></td>'

@@ -15,6 +15,7 @@ from gd_analyze.report.sections import sections
 from gd_analyze.result import Drawing, Result, Section, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import joint_errors
+from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.results.run_result import (
     first_facts,
     notes,
@@ -22,9 +23,8 @@ from gd_analyze.results.run_result import (
     provenance_lines,
     run_headline,
     subtitle,
-    text_comparison,
-    tube_bound,
 )
+from gd_analyze.results.shown_tables import text_comparison
 
 # Notices before the answer; the others follow it.
 _FIRST = 2

@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from gd_analyze.figures.elements import LETTERS
-from gd_analyze.figures.joints import motion_unit
 from gd_analyze.figures.reach import reach_figure
 from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equation_part
-from gd_analyze.formulas.writing import energy_formulas, part_symbol, torque_legend, torque_symbol
+from gd_analyze.formulas.writing import energy_formulas, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
-from gd_analyze.result import Column, Drawing, Fact, Part, Section, Table, joint_columns
+from gd_analyze.result import Column, Drawing, Fact, Mark, Part, Section, Table, joint_columns
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import structure_note
-from gd_analyze.results.rows import dropped_parts, joint_rows, table_of
-from gd_analyze.results.run_result import bound_ratio, is_unreadable, margins, tube_bound
+from gd_analyze.results.model_facts import operations_table, structure_note
+from gd_analyze.results.rows import dropped_parts
+from gd_analyze.results.run_result import is_unreadable
+from gd_analyze.results.shown_tables import beyond_table, dropped_table, payload_table, tube_table
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, kept_effects
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import inertia_label, joined, number, percent, pretty, thousands
+from gd_analyze.text import inertia_label, joined, percent
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
@@ -98,7 +97,7 @@ def model_section(findings: Findings) -> Section:
     elif kind == "parts":
         parts += [_kept_matrix(findings), *_dropped(findings)]
     if kind != "parts" or not model.is_exact:
-        parts.append(_operations("operations", model))
+        parts.append(operations_table("operations", model))
     parts.append(_steps(model))
     note = (
         "Operations are counted in the program that computes only what the model needs: factored, common "
@@ -134,8 +133,8 @@ def _tallies(model: SimplifiedModel) -> Table:
             Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms)
         )
         cells = [
-            [_tally("inertia", energy_kept[i, j], energy_totals[i, j]) if i <= j else "" for j in range(n)]
-            + [_tally("inertia", energy_kept[-1, -1], energy_totals[-1, -1]) if i == 0 else ""]
+            [_tally("inertia", energy_kept[i, j], energy_totals[i, j]) if i <= j else None for j in range(n)]
+            + [_tally("inertia", energy_kept[-1, -1], energy_totals[-1, -1]) if i == 0 else None]
             for i in range(n)
         ]
         title = (
@@ -163,15 +162,22 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
     return term.row, term.quantity, term.velocities[0].joint if term.quantity == "inertia" else -1
 
 
-def _tally(kind: str, count: int, total: int) -> str:
-    return f"{kind if count else 'none'} {count}/{total}" if total else "none ·"
+def _tally(kind: str, count: int, total: int) -> Mark:
+    return Mark(kind if count else "none", f"{count}/{total}") if total else Mark("none", "·")
 
 
 def _matrix(
-    key: str, title: str, names: Sequence[Symbol], heads: Sequence[str], cells: Sequence[Sequence[str]]
+    key: str,
+    title: str,
+    names: Sequence[Symbol],
+    heads: Sequence[str],
+    cells: Sequence[Sequence[Mark | None]],
 ) -> Table:
-    columns = [Column("", "row", names, shown="math")]
-    columns += [Column("", head, [row[k] for row in cells], shown="effect") for k, head in enumerate(heads)]
+    columns = [Column("", "row", range(len(names)), shown="count", drawn=names)]
+    for k, head in enumerate(heads):
+        marks = [row[k] for row in cells]
+        texts = ["" if mark is None else mark.text for mark in marks]
+        columns.append(Column("", head, texts, shown="text", drawn=marks))
     return Table(key, title, tuple(columns))
 
 
@@ -183,124 +189,20 @@ def _kept_matrix(findings: Findings) -> Table:
     labels = [
         [*(inertia_label(i, j) for j in range(n)), f"h{joined((i,))}", f"c{joined((i,))}"] for i in range(n)
     ]
-    cells = [[f"{effects[label]} {LETTERS.get(effects[label], '0')}" for label in row] for row in labels]
+    cells = [[Mark(effects[label], LETTERS.get(effects[label], "0")) for label in row] for row in labels]
     title = "Parts kept of D (symmetric), h and c: T translation, R rotation, ✓ gravity, 0 nothing"
     heads = [*map(str, range(1, n + 1)), "h", "c"]
     return _matrix("kept_parts", title, [torque_symbol(i) for i in range(n)], heads, cells)
 
 
-def _operations(key: str, model: SimplifiedModel) -> Table:
-    names = ("multiplications", "additions", "total", "sines_cosines")
-    words = ("multiplications", "additions", "both", "sines and cosines")
-    before, after = (
-        [getattr(count, name) for name in names] for count in (model.operations_full, model.operations)
-    )
-    saved = [1 - b / a if a else 0.0 for a, b in zip(before, after, strict=True)]
-    columns = (
-        Column("", "operations", words, shown="text"),
-        Column("", "exact", before, shown="count"),
-        Column("", "model", after, shown="count"),
-        Column("", "saved", saved, shown="percent"),
-    )
-    return Table(key, "Operations for one evaluation of all torques", columns)
-
-
 def beyond_section(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
-    rows = joint_rows(findings, "simplified_model", "beyond", "tube")
     has_tube = findings.tables["tube"].tube_worst_found.notnull().any()
-    near = [_near(findings, rows)] if has_tube else []
+    near = [replace(tube_table(findings), key="tube")] if has_tube else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
-    parts: tuple[Part, ...] = (*near, ratios, _farther(findings, rows), _payload(rows))
+    parts: tuple[Part, ...] = (*near, ratios, beyond_table(findings), payload_table(findings))
     return Section("beyond", "Near this motion, and beyond it", parts)
-
-
-_ERRORS = {"allowed_error": ("allowed", "@effort_unit"), "largest_error": ("at set points", "@effort_unit")}
-
-
-def _near(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
-    table_rows, letters = [], {"q": "± q", "qd": "± q̇", "qdd": "± q̈"}
-    tube, near = findings.tables["tube"], f"within {margins(findings)} of the motion"
-    tried, proof = int(tube.attrs["tried"]), dict[str, tuple[str, ...]]()
-    if tube_bound(findings) is not None:
-        proof["tube_certified"] = ("proven", "@effort_unit", "bound")
-        proof["tube_certified_share"] = ("of peak", "", "bound_percent")
-    for joint, row in zip(findings.arm.joints, rows, strict=True):
-        cells = {}
-        for name in letters:
-            value = row[f"tube_margin_{name}"]
-            value = math.degrees(value) if joint.kind == "revolute" else value
-            cells[f"tube_margin_{name}"] = f"{number(value)} {pretty(motion_unit(joint, name))}"
-        table_rows.append(row | cells)
-    labels = {
-        **_ERRORS,
-        "tube_worst_found": ("found near it", "@effort_unit"),
-        **proof,
-        **{f"tube_margin_{name}": (words, "", "text") for name, words in letters.items()},
-    }
-    note = f"{near[:1].upper()}{near[1:]}, between its set points too"
-    note += ", no state has a larger error than the proven one. " if proof else ": the states considered. "
-    note += "The found error is the largest that a search met"
-    note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
-    note += str(tube.attrs["note"])
-    return table_of("tube", "Torque error near the motion", table_rows, labels, note)
-
-
-def _farther(findings: Findings, rows: Sequence[dict[str, Any]]) -> Table:
-    beyond, sentences = findings.tables["beyond"], []
-    drawn = int(beyond.attrs["states_drawn"])
-    labels: dict[str, tuple[str, ...]] = {**_ERRORS, "largest_share": ("of peak", "", "percent")}
-    if beyond.certified.notnull().all():
-        labels |= {
-            "worst_found": ("found in the box", "@effort_unit"),
-            "certified": ("proven in the box", "@effort_unit", "bound"),
-            "certified_share": ("of peak", "", "bound_percent"),
-        }
-        sentences.append(
-            "The box holds every position, velocity and acceleration between the smallest and the largest of "
-            "the trajectory, in any combination. The proven error holds in all of the box."
-        )
-        ratio = bound_ratio(findings)
-        if ratio is not None:
-            sentences[0] += f" It is at most {number(math.ceil(100 * ratio) / 100)} times the found one."
-    if drawn:
-        labels |= {
-            "within_limits": ("within limits", "@effort_unit"),
-            "within_limits_share": ("of peak", "", "percent"),
-        }
-        over = [str(row["joint"]) for row in rows if (row["within_limits"] or 0.0) > row["allowed_error"]]
-        where = "within the allowed one."
-        if over:
-            everywhere = f"`gd-analyze simplify {findings.arm.name}` searches a model for all of them."
-            where = f"above the allowed one at joints {', '.join(over)}. {everywhere}"
-        sentences.append(
-            f"{drawn} states were drawn within the arm's limits of position, velocity and acceleration; the "
-            f"error is {where}"
-        )
-    else:
-        sentences.append(
-            "No states were drawn within the arm's limits, as it does not state all of them (`--limits`)."
-        )
-    return table_of("beyond", "Torque error farther from the motion", rows, labels, "\n".join(sentences))
-
-
-def _payload(rows: Sequence[dict[str, Any]]) -> Table:
-    labels: dict[str, tuple[str, ...]] = {
-        "torque_per_kg": ("torque per kg", "@effort_unit"),
-        "mass_within_budget": ("payload within budget", "kg"),
-    }
-    note = (
-        "A point mass at the origin of the last frame, unknown to the model; state a real payload "
-        "with `--payload`."
-    )
-    if rows[0]["uncertainty"] is not None:
-        labels["uncertainty"] = ("uncertainty of torque", "@effort_unit")
-        note += " The standard uncertainty follows from the stated uncertainties of the parameters."
-    masses = [row["mass_within_budget"] for row in rows]
-    any_mass = [{"mass_within_budget": mass if mass < math.inf else "any"} for mass in masses]
-    table_rows = [row | mass for row, mass in zip(rows, any_mass, strict=True)]
-    return table_of("payload", "Payload and uncertainty of the parameters", table_rows, labels, note)
 
 
 def founding_section(findings: Findings) -> Section:
@@ -316,7 +218,7 @@ def founding_section(findings: Findings) -> Section:
     parts = (
         _kept_matrix(findings),
         equation_part("elements", "", elements.formulas, note=_PARTS),
-        _operations("element_operations", elements),
+        operations_table("element_operations", elements),
         *_dropped(findings),
         *_by_verdicts(findings),
     )
@@ -352,21 +254,8 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
 
 def _dropped(findings: Findings) -> Iterator[Part]:
     """Parts that [FGL87]'s method drops, by reason."""
-    dropped, allowed = dropped_parts(findings), findings.model.accuracy.allowed
-    labels = {
-        "symbol": ("part", "", "math"),
-        "torque_peak": ("largest torque", "@torque_unit"),
-        "torque_joint": ("joint", "", "count"),
-        "torque_share": ("of peak", "", "percent"),
-        "of_allowed": ("of allowed", "", "percent"),
-    }
-    rows = []
-    for row in dropped.costing:
-        most = float(allowed[row["torque_joint"] - 1])
-        used = {"of_allowed": row["torque_peak"] / most if most else None}
-        rows.append(row | used | {"symbol": part_symbol(*row["part"].split())})
-    if rows:
-        yield table_of("dropped", "Parts dropped although they contribute torque here", rows, labels)
+    yield dropped_table(findings)
+    dropped = dropped_parts(findings)
     reasons = {
         "Dropped parts that are zero here": dropped.zero,
         "Dropped parts without torque here": dropped.idle,

@@ -23,9 +23,10 @@ from gd_analyze.report.html import TEMPLATES
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import PartNumbers, flat, is_seen
-from gd_analyze.result import Column, Drawing, Equations, Fact, Part, Result, Section, Table
+from gd_analyze.result import Column, Drawing, Equations, Fact, Mark, Part, Result, Section, Table
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.run_result import margins, stop_facts, tube_bound
+from gd_analyze.results.near_motion import margins, tube_bound
+from gd_analyze.results.run_result import stop_facts
 from gd_analyze.text import pretty, signed, unbroken
 
 _TYPST = Typst()
@@ -160,7 +161,7 @@ def _shortened(table: Table, most_rows: int | None) -> Table:
 
 def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
     """Heads and rows of cells of a table."""
-    printed = table.shown()
+    printed = table.shown(on_page=True)
     columns = [column for column, _, _ in printed]
     cells = [_cells(column, written) for column, _, written in printed]
     lengths = [max((len(str(cell)) for cell in of_column), default=0) for of_column in cells]
@@ -169,21 +170,23 @@ def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
         "number": numbers.tables.get(table.key),
         "title": pretty(table.title),
         "heads": [[column.label, unit] for column, unit, _ in printed],
-        "left": [column.is_text or column.shown in ("math", "effect") for column in columns],
-        "long": [column.is_text and length > 40 for column, length in zip(columns, lengths, strict=True)],
+        "left": [column.is_text for column in columns],
+        "long": [
+            column.is_text and column.drawn is None and length > 40
+            for column, length in zip(columns, lengths, strict=True)
+        ],
         "rows": [list(row) for row in zip(*cells, strict=True)],
         "note": _lines(table.note),
     }
 
 
 def _cells(column: Column, written: Sequence[str]) -> list[Any]:
-    """Cells: text, mathematics ("math"), or an effect ("effect") with its mark."""
-    values = column.values[: len(written)]
-    if column.shown == "math":
-        return [_maths(value) for value in values]
-    if column.shown == "effect":
-        marks = [str(value or "").partition(" ") for value in values]
-        return [{"effect": effect, "text": mark} if effect else "" for effect, _, mark in marks]
+    """Cells: text, mathematics ("math"), or a mark ("effect" and "text")."""
+    if column.drawn is not None:
+        return [
+            {"effect": drawn.effect, "text": drawn.text} if isinstance(drawn, Mark) else _maths(drawn)
+            for drawn in column.drawn[: len(written)]
+        ]
     return [pretty(cell) if column.is_text else signed(pretty(cell)) for cell in written]
 
 

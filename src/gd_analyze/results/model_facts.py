@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.schema import declared_column
 from gd_analyze.simplification.accuracy import NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import number, percent
@@ -63,11 +65,36 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     return WorstError(joint + 1, float(sizes[joint]), bound is not None, reference, unit)
 
 
+# Kinds of operations in words.
+_OPERATIONS = {
+    "multiplications": "multiplications",
+    "additions": "additions",
+    "total": "both",
+    "sines_cosines": "sines and cosines",
+}
+
+
+def _counts(model: SimplifiedModel) -> list[dict[str, int]]:
+    """Operations of a model's torque and of the exact torque, by kind."""
+    return [asdict(count) | {"total": count.total} for count in (model.operations, model.operations_full)]
+
+
+def operations_table(key: str, model: SimplifiedModel) -> Table:
+    """Operations of a model and of the exact torque by kind, for pages; `operation_facts` are for JSON."""
+    simplified, full = _counts(model)
+    saved = [1.0 - simplified[kind] / full[kind] if full[kind] else 0.0 for kind in _OPERATIONS]
+    columns = (
+        Column("", "operations", [*_OPERATIONS.values()], shown="text"),
+        Column("", "exact", [full[kind] for kind in _OPERATIONS], shown="count"),
+        Column("", "model", [simplified[kind] for kind in _OPERATIONS], shown="count"),
+        Column("", "saved", saved, shown="percent"),
+    )
+    return Table(key, "Operations for one evaluation of all torques", columns)
+
+
 def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
-    simplified, full = model.operations, model.operations_full
-    counts = {"operations": simplified, "operations_full": full}
-    totals = [asdict(count) | {"total": count.total} for count in counts.values()]
+    simplified, full, totals = model.operations, model.operations_full, _counts(model)
     function_sets = model.functions, model.form.functions
     counts_apart = [
         {name: program.count.total for name, program in functions._asdict().items()}
@@ -141,13 +168,14 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
     units = [joint.effort_unit for joint in model.arm.joints]
     share_label = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
     is_proven = proven is not None and bool(np.isfinite(proven).all())
+    column = partial(declared_column, "simplified_model")
     columns = [
         *joint_columns(model.arm.joints),
-        Column("peak_torque", "peak", errors.peak_torque, units, meaning="peak torque"),
-        Column("allowed_error", "allowed", accuracy.allowed, units),
-        Column("largest_error", "error" if saves else "", errors.largest, units),
+        column("peak_torque", errors.peak_torque, units),
+        column("allowed_error", accuracy.allowed, units),
+        column("largest_error", errors.largest, units, label="error" if saves else ""),
         Column("", share_label if saves else "", accuracy.shares, shown="percent"),
-        Column("rms_error", "RMS" if saves and not is_proven else "", errors.rms, units),
+        column("rms_error", errors.rms, units, pages_only=is_proven, **({} if saves else {"label": ""})),
         Column("largest_share", "", errors.largest_share),
         Column("rms_share", "", errors.rms_share),
         Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
+from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.elements import LETTERS
-from gd_analyze.result import Column, Fact, Part, Section, Table, joint_columns
+from gd_analyze.formulas.writing import part_symbol
+from gd_analyze.motions.logged import ColumnUse
+from gd_analyze.result import Column, Fact, Mark, Part, Section, Table, for_pages, joint_columns
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables, for_json
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import SCHEMA_UNITS
+from gd_analyze.schema import SCHEMA_UNITS, declared_column
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.budget import ReferenceTorques
-from gd_analyze.text import amount, named_joints, number, with_error
+from gd_analyze.text import amount, joint_name, named_joints, number, percent, short_names, with_error
 
 if TYPE_CHECKING:
     import xarray as xr
 
+# What is stated of a column of a log, and the variable that declares it.
+_OF_COLUMNS = {
+    "column": "column",
+    "role": "column_role",
+    "joint": "column_joint",
+    "unit": "column_unit",
+    "why": "column_why",
+}
 # Most elements named in a fact.
 _NAMED = 8
 # Most motions with a column each.
@@ -57,17 +69,15 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
 def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
     """Measured torque compared with the exact torque, joint by joint."""
     rows = [
-        row | {"effort_unit": joint.effort_unit, "shown_verdict": _verdict_text(row)}
+        row | {"effort_unit": joint.effort_unit}
         for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
     ]
-    labels = {
-        "correlation": ("correlation",),
-        "slope": ("slope",),
-        "rms_difference": ("RMS difference", "@effort_unit"),
-        "explained": ("explained", "", "percent"),
-        "shown_verdict": ("verdict", "", "text"),
+    texts = [_verdict_text(row) for row in rows]
+    columns: dict[str, str | Column] = {
+        **dict.fromkeys(("correlation", "slope", "rms_difference", "explained"), "measured_torque"),
+        "words": declared_column("measured_torque", "verdict", texts, key=""),
     }
-    return table_of("joints", "Measured and exact torque", rows, labels)
+    return table_of("joints", "Measured and exact torque", rows, columns)
 
 
 def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple[Table, ...]:
@@ -76,18 +86,19 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
         return ()
     rows, efforts = rows_of(table, "joint"), [joint.effort_unit for joint in arm.joints]
     units = {
-        "coulomb": ("Coulomb", efforts),
-        "viscous": ("viscous", [SCHEMA_UNITS["viscous"][unit == "N m"] for unit in efforts]),
-        "offset": ("offset", efforts),
+        "coulomb": efforts,
+        "viscous": [SCHEMA_UNITS["viscous"][unit == "N m"] for unit in efforts],
+        "offset": efforts,
     }
     columns = [*joint_columns(arm.joints)]
-    for name, (label, of_joints) in units.items():
+    for name, of_joints in units.items():
         cells = [
             "–" if row[name] is None else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {unit}"
             for row, unit in zip(rows, of_joints, strict=True)
         ]
-        columns.append(Column("", label, cells, shown="text"))
-    columns.append(Column("", "RMS left", [row["rms_beside_friction"] for row in rows], efforts))
+        columns.append(declared_column("measured_torque", name, cells, key=""))
+    residuals = [row["rms_beside_friction"] for row in rows]
+    columns.append(declared_column("measured_torque", "rms_beside_friction", residuals, efforts, key=""))
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
     return (Table("", title, tuple(columns)),)
 
@@ -192,31 +203,58 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
     if "motions" not in findings.tables:
         return ()
     rows, verdicts = motion_rows(findings), verdict_rows(findings)
+    changing = [row["element"] for row in verdicts if row["changes"]]
+    parts: tuple[Part, ...] = (
+        worst_fact(rows),
+        Fact("changing", "Verdicts that differ by motion", changing, text=_named(changing)),
+        _each_motion(findings, rows),
+        Fact("verdicts", "", verdicts),
+    )
+    if changing:
+        parts += (_changing_verdicts(rows, verdicts, top),)
+    return (Section("motions", "", parts),)
+
+
+def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
+    """Error over allowed error along each motion: the worst joint's, and on pages every joint's."""
+    columns: dict[str, str | Column] = {
+        **dict.fromkeys(("motion", "set_points", "duration"), "motions"),
+        "worst": Column("worst", "error of allowed", [row["worst"] for row in rows], shown="percent"),
+        "joint": Column("joint", "joint", [row["joint"] for row in rows], shown="count"),
+    }
+    proven = [row["proven"] for row in rows]
+    if np.isfinite(proven).all():
+        columns["proven"] = Column("proven", "proven near it", proven, shown="bound_percent")
+    names = short_names([joint.name for joint in findings.arm.joints])
+    for i, joint in enumerate(findings.arm.joints):
+        label = joint_name(i + 1, names[i])
+        cells = [
+            f"{percent(row['used'][i])}, {amount(row['peak_torque'][i], joint.effort_unit)}" for row in rows
+        ]
+        meaning = "error over allowed error, and peak torque"
+        columns[label] = Column("", label, cells, shown="text", meaning=meaning, pages_only=True)
+    return table_of("each", "Each motion by itself", rows, columns)
+
+
+def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | None) -> Table:
+    """Verdicts that differ by motion: one along each, or how often each is met along many."""
     changing = [row for row in verdicts if row["changes"]]
     names = [row["element"] for row in changing]
-    labels = {
-        "motion": ("motion", "", "name"),
-        "set_points": ("set points", "", "count"),
-        "duration": ("duration", "s"),
-        "worst": ("error of allowed", "", "percent"),
-        "joint": ("joint", "", "count"),
-    }
-    if np.isfinite([row["proven"] for row in rows]).all():
-        labels["proven"] = ("proven near it", "", "bound_percent")
-    parts: list[Part] = [
-        worst_fact(rows),
-        Fact("changing", "Verdicts that differ by motion", names, text=_named(names)),
-        table_of("each", "Motions", rows, labels),
-        Fact("verdicts", "", verdicts),
-    ]
-    if changing and len(rows) <= MOST_COLUMNS:
-        columns = [Column("", "element", names, shown="text")]
-        for k, row in enumerate(rows):
-            marks = [LETTERS[verdict_row["verdicts"][k]] for verdict_row in changing]
-            columns.append(Column("", row["motion"], marks, shown="text"))
-        title = "Verdict along each motion: T translation, R rotation, J drive, – negligible"
-        parts.append(Table("", title, tuple(columns), top=top))
-    return (Section("motions", "", tuple(parts)),)
+    columns = [Column("", "element", names, shown="text", drawn=[part_symbol(name) for name in names])]
+    title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
+    if len(rows) > MOST_COLUMNS:
+        columns += [
+            Column("", verdict, [row["verdicts"].count(verdict) for row in changing], shown="count")
+            for verdict in LISTS
+        ]
+        return Table("verdicts_by_motion", title, tuple(columns), top=top)
+    for k, motion in enumerate(rows):
+        effects = [row["verdicts"][k] for row in changing]
+        letters = [LETTERS[effect] for effect in effects]
+        marks = [Mark(*pair) for pair in zip(effects, letters, strict=True)]
+        columns.append(Column("", motion["motion"], letters, shown="text", drawn=marks))
+    note = "T translation, R rotation, J drive, – negligible"
+    return Table("verdicts_by_motion", f"{title}: {note}", tuple(columns), top=top)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -275,15 +313,15 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     within, undecided = (
         table.element.values[table[name].values].tolist() for name in ("within_noise", "verdict_open")
     )
+    noise_rows = _noise_rows(findings)
     noisy = f"Elements of D within twice the noise, of {np.count_nonzero(table.element_noise.values)}"
-    labels = {
-        "cutoff": ("cut-off", "Hz"),
-        "noise_q": ("noise of q", "@unit"),
-        "noise_qdd": ("noise of qdd", "@qdd_unit"),
-        "torque_noise": ("torque noise", "@effort_unit"),
-        "of_allowed": ("of allowed", "", "percent"),
+    columns: dict[str, str | Column] = {
+        **dict.fromkeys(("cutoff", "noise_q", "noise_qdd", "torque_noise"), "recording"),
+        "of_allowed": Column(
+            "of_allowed", "of allowed", [row["of_allowed"] for row in noise_rows], shown="percent"
+        ),
     }
-    columns = [
+    uses = [
         {key.removeprefix("column_"): value for key, value in row.items()} for row in rows_of(table, "column")
     ]
     open_ = "Elements whose verdict the noise decides"
@@ -291,11 +329,20 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
         Fact("treatment", "", table.attrs["treatment"].split("\n")),
         Fact("within_noise", noisy if within else "", within, text=_named(within)),
         Fact("verdict_open", open_ if undecided else "", undecided, text=_named(undecided)),
-        table_of("joints", "Noise of the readings (standard deviation)", _noise_rows(findings), labels),
+        table_of("joints", "Noise of the readings (standard deviation)", noise_rows, columns),
         Fact("elements", "", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
-        Fact("columns", "", columns),
+        for_pages(columns_table([ColumnUse(**use) for use in uses])),
     )
     return (Section("recording", "", parts),)
+
+
+def columns_table(uses: Sequence[ColumnUse]) -> Table:
+    """How the columns of a log were understood."""
+    columns = (
+        replace(declared_column("recording", name, [getattr(use, key) for use in uses]), key=key)
+        for key, name in _OF_COLUMNS.items()
+    )
+    return Table("columns", "Columns of the log", tuple(columns))
 
 
 def recording_notices(findings: Findings) -> list[str]:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
-from gd_analyze.result import Column, Shown, Table
+from gd_analyze.result import Column, Table
 from gd_analyze.results.findings import Findings
+from gd_analyze.schema import declared, declared_column
 from gd_analyze.text import joint_name, percent, short_names
 
 if TYPE_CHECKING:
@@ -180,32 +182,62 @@ def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
     return columns
 
 
+# Where a row has the unit of a quantity of joints: rows are about one joint, of one kind.
+_UNITS_IN_ROWS = {
+    "position": "unit",
+    "acceleration": "qdd_unit",
+    "effort": "effort_unit",
+    "effort per mass": "effort_unit",
+}
+
+
 def table_of(
     key: str,
     title: str,
-    rows: Sequence[Mapping[str, Any]],
-    labels: Mapping[str, tuple[str, ...]],
+    rows: Sequence[Row],
+    columns: Mapping[str, str | Column],
     note: str = "",
     top: int | None = None,
+    *,
+    pages_only: Collection[str] = (),
+    in_json: bool = True,
 ) -> Table:
-    """Make a result's table from rows: JSON has all columns, people see those with a label.
+    """Make a result's table from rows: JSON has all entries of the rows, people see the named columns.
 
-    In rows, "joint_name" beside "joint" names the joint; keys that begin with "shown_" are for people only. A
-    label consists of heading, unit ("@" names a column of units) and format.
+    Parameters
+    ----------
+    columns
+        What people see, in order: names of entries with the group of `schema.csv` that declares them, or
+        columns that are not stored. In rows, "joint_name" beside "joint" names the joint.
+    pages_only
+        Names of columns that a terminal has no room for.
+    in_json
+        Whether JSON has the table.
     """
-    if not rows:
-        return Table(key, title, (), note, top)
-    columns: list[Column] = []
-    if "joint_name" in rows[0]:
+    made: list[Column] = []
+    if rows and "joint_name" in rows[0]:
         names = {row["joint"]: row["joint_name"] for row in rows}
         if list(names) == list(range(1, len(names) + 1)):  # some joints alone may share more words
             names = dict(zip(names, short_names(list(names.values())), strict=True))
         pairs = [joint_name(row["joint"], names[row["joint"]]) for row in rows]
-        columns.append(Column("", "joint", pairs, shown="name"))
-    for name in dict.fromkeys((*labels, *rows[0])):
-        entry = labels.get(name, ("",))
-        label, unit, style = entry + ("", "", "number")[len(entry) :]
-        units: Any = [row[unit[1:]] for row in rows] if unit.startswith("@") else unit
-        stored = "" if name.startswith("shown_") else name
-        columns.append(Column(stored, label, [row[name] for row in rows], units, cast(Shown, style)))
-    return Table(key, title, tuple(columns), note, top)
+        made.append(Column("", "joint", pairs, shown="name"))
+    for name, source in columns.items():
+        column = source
+        if isinstance(source, str):
+            unit_name = _unit_name(source, name)
+            units = [row[unit_name] for row in rows] if unit_name else ""
+            column = declared_column(source, name, [row[name] for row in rows], units)
+        assert isinstance(column, Column)
+        made.append(replace(column, pages_only=column.pages_only or name in pages_only))
+    stored = {column.key for column in made}
+    if in_json and rows:
+        made += [Column(name, "", [row[name] for row in rows]) for name in rows[0] if name not in stored]
+    if not in_json:
+        made = [replace(column, key="") for column in made]
+    return Table(key, title, tuple(made), note, top)
+
+
+def _unit_name(group: str, name: str) -> str:
+    """The entry of a row that holds the unit of another entry; "" if its unit is that of all rows."""
+    unit = declared(group, name)[0].unit
+    return unit[1:] if unit.startswith("@") else _UNITS_IN_ROWS.get(unit, "")

@@ -8,16 +8,10 @@ from dataclasses import asdict, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.verdict_lists import DriveShare, verdict_lists
-from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.languages import equation_part
-from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import counted_motions
-from gd_analyze.result import Fact, Part, Result, Section, Table, value_text
+from gd_analyze.result import Fact, Part, Result, Section, value_text
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -31,23 +25,21 @@ from gd_analyze.results.model_facts import (
     structure_note,
     worst_error,
 )
-from gd_analyze.results.rows import (
-    SURE,
-    Row,
-    budget_rows,
-    dropped_parts,
-    effect_of,
-    element_rows,
-    is_doubtful,
-    joint_rows,
-    rows_of,
-    table_of,
-    threshold_text,
+from gd_analyze.results.near_motion import margins, near_bound, tube_bound
+from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
+from gd_analyze.results.shown_tables import (
+    beyond_table,
+    cross_check_table,
+    not_worth_keeping,
+    ranking_table,
+    terms_table,
+    text_comparison,
+    tube_table,
 )
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.text import amount, counted, joined, named_joints, number, percent, thousands
+from gd_analyze.text import amount, counted, joined, named_joints, number, thousands
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,6 +77,10 @@ def run_result(findings: Findings, top: int = 0) -> Result:
             *motion_result.motion_parts(findings, top),
             *motion_result.recording_parts(findings),
             ranking_table(findings, top),
+            terms_table(findings),
+            beyond_table(findings),
+            _tube(findings),
+            cross_check_table(findings),
             *_tables(findings),
         ),
         notices=notices(findings),
@@ -342,38 +338,6 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     return tuple(facts)
 
 
-def margins(findings: Findings) -> str:
-    """How far from the motion the budget holds and errors are bounded, in words."""
-    return Margin.parse(findings.tables["tube"].attrs["margin"]).in_words(findings.arm)
-
-
-def tube_bound(findings: Findings) -> FloatArray | None:
-    """Proven bound on every joint's error near the motion, N m, shape (n,); None if there is none."""
-    bound = findings.tables["tube"].tube_certified
-    return None if bound.isnull().any() else np.asarray(bound.values)
-
-
-def near_bound(findings: Findings) -> FloatArray | None:
-    """The same bound; with several motions, the largest of their bounds.
-
-    Each motion's bound is multiplied by the overall allowed error over the error allowed along the motion.
-    """
-    bound = tube_bound(findings)
-    if bound is None or "motions" not in findings.tables:
-        return bound
-    motions = findings.tables["motions"]
-    return np.asarray(
-        (motions.certified * (findings.model.accuracy.allowed / motions.allowed_error)).max("motion")
-    )
-
-
-def bound_ratio(findings: Findings) -> float | None:
-    """Largest ratio of the certified bound to the worst error found, where that exceeds round-off."""
-    rows = rows_of(findings.tables["beyond"], "joint")
-    pairs = [(row["certified"], row["worst_found"]) for row in rows if row["certified"] is not None]
-    return max((bound / error for bound, error in pairs if error > findings.round_off), default=None)
-
-
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
     # At level element the error is stated as the budget, which nobody asked for.
@@ -427,63 +391,9 @@ def _drives_notice(findings: Findings) -> str:
     )
 
 
-def text_comparison(findings: Findings) -> dict[str, Any] | None:
-    """Compare with [FGL87]'s verdicts; None for an arm it does not treat.
-
-    Returns the `source` of its verdicts, the numbers `given` and `agreed` with ours, and `remarks` on
-    elements where it contradicts itself: row, its remark, and what our numbers support.
-    """
-    reference = text_verdicts(findings.arm.name)
-    if reference is None:
-        return None
-    compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
-    agreed = {name for name, row in compared.items() if row["dominant"] == row["text_verdict"]}
-    # For verdicts of translation, and remarks in favour of rotation.
-    conclusions = {
-        "rotation": "our numbers support the remark, not the verdict",
-        "zero": "the element is zero here, which supports neither",
-    }
-    remarks = []
-    for name, remark in reference.remarks.items():
-        conclusion = conclusions.get(
-            compared[name]["dominant"], "both effects count here, which supports neither"
-        )
-        conclusion = "our numbers support the verdict, not the remark" if name in agreed else conclusion
-        remarks.append((compared[name], remark, conclusion))
-    return {"source": reference.source, "agreed": len(agreed), "given": len(compared), "remarks": remarks}
-
-
-def not_worth_keeping(findings: Findings) -> int | None:
-    """Number of terms that together stay below the stated uncertainty; None if none is stated."""
-    stated = findings.tables["beyond"].uncertainty.notnull().any()
-    return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
-
-
-def ranking_table(findings: Findings, top: int | None = None) -> Table:
-    """Elements by torque: parts, largest torques of links and drive, verdict."""
-    rows = element_rows(findings)
-    with_text = any(row["text_verdict"] for row in rows)
-    for row in rows:
-        row["shown_verdict"] = LETTERS[effect_of(row)] + ("?" if is_doubtful(row) else "")
-        row["shown_text"] = LETTERS.get(row["text_verdict"], "")
-    labels = {
-        "element": ("element", "", "text"),
-        "part_peak_translation": ("tran", "@unit"),
-        "part_peak_rotation": ("rot", "@unit"),
-        "torque_peak": ("torque", "@torque_unit"),
-        "torque_joint": ("joint", "", "count"),
-        "torque_share": ("of peak", "", "percent"),
-        "shown_verdict": ("verdict", "", "text"),
-        **({"shown_text": ("FGL87", "", "text")} if with_text else {}),
-    }
-    title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
-    note = f"Verdict: {threshold_text(findings)}; ?: less than {percent(SURE)} sure."
-    return table_of("dominance", title, rows, labels, note, top=top)
-
-
 def _tables(findings: Findings) -> tuple[Fact, ...]:
     """Further tables for JSON."""
-    tables, elements, tube = findings.tables, findings.element_model, findings.tables["tube"].attrs
+    tables, elements = findings.tables, findings.element_model
     of_elements = {
         "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept_by_element"]],
         "dropped": [row for group in dropped_parts(findings) for row in group],
@@ -493,15 +403,17 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
     return _for_json(
         equations=list(equation_part("equations", "", findings.model.formulas).lines),
         elements=of_elements,
-        terms=rows_of(tables["terms"], "rank"),
         terms_total=tables["terms"].attrs["total"],
         budgets=budget_rows(findings),
-        beyond=joint_rows(findings, "beyond"),
         states_drawn=tables["beyond"].attrs["states_drawn"],
-        tube={"joints": joint_rows(findings, "tube")}
-        | {key: tube[key] for key in ("coarse", "tried", "note")},
-        residuals=rows_of(tables["cross_check"], "comparison"),
     )
+
+
+def _tube(findings: Findings) -> Section:
+    """Errors near the motion."""
+    stated = findings.tables["tube"].attrs
+    facts = _for_json(**{key: stated[key] for key in ("coarse", "tried", "note")})
+    return Section("tube", "", (tube_table(findings), *facts))
 
 
 def provenance_lines(findings: Findings) -> list[tuple[str, str]]:

@@ -9,6 +9,7 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.results.model_facts import drives_text
+from gd_analyze.schema import declared_column
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
 from gd_analyze.simplification.level import Level
@@ -16,6 +17,8 @@ from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.term_ranking import TermRanking
 from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, TradeOffPoint, curves
 
+# What is stated of each term, in order.
+_OF_TERMS = "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint"
 # Shares of peak torque for which the result states the number of terms.
 _SHARES = (0.1, 0.01, 0.001)
 
@@ -31,25 +34,23 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         if count < len(terms) or ranking.unlisted_share <= share:
             label = f"Terms for {100 * share:g} % of peak torque"
             needed.append(Fact(f"needed_for_{share:g}", label, count, shown="count"))
+    labels = [plain.symbol(formula.left) for formula in formulas]
+    texts = [plain.right(formula) for formula in formulas]
+    columns = {
+        name: declared_column("terms", name, [getattr(ranked, name) for ranked in terms], units)
+        for name in ("rank", *_OF_TERMS)
+    }
     table = Table(
         "terms",
         "Torque of each term, and error without it and all below",
         (
-            *columns_of(terms, ("rank", "", "count")),
-            Column("label", "in", [plain.symbol(formula.left) for formula in formulas], shown="text"),
+            columns["rank"],
+            declared_column("terms", "label", labels),
             Column("quantity", "", [ranked.term.quantity for ranked in terms]),
-            Column("term", "term", [plain.right(formula) for formula in formulas], shown="text"),
-            Column("alone_torque", "alone", [ranked.alone_torque for ranked in terms], units),
+            declared_column("terms", "text", texts, key="term"),
             Column("alone_unit", "", units),
-            *columns_of(
-                terms,
-                ("alone_joint", "joint", "count"),
-                ("alone_share", "of peak", "percent"),
-                ("without_share", "without", "percent"),
-                ("without_joint", "joint", "count"),
-                ("weight", "", "number"),
-                ("below_uncertainty", "", "flag"),
-            ),
+            *(columns[name] for name in _OF_TERMS),
+            *columns_of(terms, ("weight", "", "number"), ("below_uncertainty", "", "flag")),
         ),
         top=top,
     )

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.result import Column, Fact, Result, Section, Shown, Table
+from gd_analyze.result import Column, Fact, Part, Result, Section, Shown, Table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.frames import angles_of
@@ -37,15 +37,22 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
         ),
         parts=(
             *_sentences("Suspicious", [text.removeprefix(file_prefix) for text in suspicious]),
-            _chain(arm),
-            *(_dh_table(arm) if arm.dh_table else _placements(arm)),
-            *_links(arm),
-            *_uncertainties(arm),
-            _limits(arm),
-            *_drives(arm),
+            *arm_tables(arm, with_lines=True),
             *_sentences("Sources", arm.sources),
             *_sentences("Assumptions", arm.assumptions),
         ),
+    )
+
+
+def arm_tables(arm: RobotArm, *, with_lines: bool = False) -> tuple[Part, ...]:
+    """Geometry, links, limits and drives of an arm; with the lines of its file that state them, if known."""
+    return (
+        _chain(arm, with_lines=with_lines),
+        *(_dh_table(arm) if arm.dh_table else _placements(arm)),
+        *_links(arm),
+        *_uncertainties(arm),
+        _limits(arm),
+        *_drives(arm),
     )
 
 
@@ -67,13 +74,13 @@ def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[object]]
     return Table("", title, tuple(columns), note)
 
 
-def _chain(arm: RobotArm) -> Table:
+def _chain(arm: RobotArm, *, with_lines: bool) -> Table:
     whole, rows = float(arm.mass.sum()), []
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         lines = ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
         share = f"{100 * link.mass / (whole or 1.0):.0f}"
         rows.append([i, joint.name, link.name, f"{link.mass:.3g}", share, lines])
-    has_lines = any(row[-1] for row in rows)
+    has_lines = with_lines and any(row[-1] for row in rows)
     headings = ["#", "joint", "moves link", "kg", "%", "at lines" if has_lines else ""]
     return _table(f"Chain, {whole:.4g} kg in all", headings, rows)
 
