@@ -19,7 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.run_result import is_unreadable
-from gd_analyze.results.shown_tables import beyond_table, dropped_table, payload_table, tube_table
+from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
 from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, kept_effects
 from gd_analyze.simplification.harmonic import TERM
@@ -198,10 +198,10 @@ def _kept_matrix(findings: Findings) -> Table:
 def beyond_section(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
     has_tube = findings.tables["tube"].tube_worst_found.notnull().any()
-    near = [replace(tube_table(findings), key="tube")] if has_tube else []
+    near = [replace(near_errors_table(findings), key="tube")] if has_tube else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
-    parts: tuple[Part, ...] = (*near, ratios, beyond_table(findings), payload_table(findings))
+    parts: tuple[Part, ...] = (*near, ratios, far_errors_table(findings), payload_table(findings))
     return Section("beyond", "Near this motion, and beyond it", parts)
 
 

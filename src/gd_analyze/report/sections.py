@@ -26,10 +26,10 @@ from gd_analyze.results.model_facts import joint_errors, norms_text
 from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.results.rows import dominance_note
 from gd_analyze.results.shown_tables import (
-    cross_check_table,
+    difference_table,
     not_worth_keeping,
+    ranked_terms_table,
     ranking_table,
-    terms_table,
     text_comparison,
 )
 from gd_analyze.robots.inspection import arm_tables
@@ -194,7 +194,7 @@ def _terms(findings: Findings) -> Section:
             f"\nThe lowest {stated} of {total} terms together change no torque by more than its standard "
             "uncertainty, which follows from the stated uncertainties of the arm's parameters."
         )
-    parts: list[Part] = [terms_table(findings)]
+    parts: list[Part] = [ranked_terms_table(findings)]
     if not findings.model.level.has_torque_terms:  # else the model explains its symbols
         legend = torque_legend(findings.model.form.velocities, findings.ranked_terms)
         parts.append(Equations("names", "", (), (), legend))
@@ -208,7 +208,7 @@ def _equations(findings: Findings) -> Section:
         "contributes axis × arm. z: axes of joints; p: origins of frames; r, c: centres of mass from the "
         "base and from the preceding joint; m, I: mass and central inertia of a link; R: rotations."
     )
-    return Section("equations", "Equations and cross-check", (cross_check_table(findings),), note)
+    return Section("equations", "Equations and cross-check", (difference_table(findings),), note)
 
 
 def _data(findings: Findings) -> Section:

@@ -28,13 +28,13 @@ from gd_analyze.results.model_facts import (
 from gd_analyze.results.near_motion import margins, near_bound, tube_bound
 from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
 from gd_analyze.results.shown_tables import (
-    beyond_table,
-    cross_check_table,
+    difference_table,
+    far_errors_table,
+    near_errors_table,
     not_worth_keeping,
+    ranked_terms_table,
     ranking_table,
-    terms_table,
     text_comparison,
-    tube_table,
 )
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.effort import READABLE
@@ -77,10 +77,10 @@ def run_result(findings: Findings, top: int = 0) -> Result:
             *motion_result.motion_parts(findings, top),
             *motion_result.recording_parts(findings),
             ranking_table(findings, top),
-            terms_table(findings),
-            beyond_table(findings),
+            ranked_terms_table(findings),
+            far_errors_table(findings),
             _tube(findings),
-            cross_check_table(findings),
+            difference_table(findings),
             *_tables(findings),
         ),
         notices=notices(findings),
@@ -413,7 +413,7 @@ def _tube(findings: Findings) -> Section:
     """Errors near the motion."""
     stated = findings.tables["tube"].attrs
     facts = _for_json(**{key: stated[key] for key in ("coarse", "tried", "note")})
-    return Section("tube", "", (tube_table(findings), *facts))
+    return Section("tube", "", (near_errors_table(findings), *facts))
 
 
 def provenance_lines(findings: Findings) -> list[tuple[str, str]]:

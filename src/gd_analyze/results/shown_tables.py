@@ -120,7 +120,7 @@ def _text_words(row: Row) -> str:
     return f"{'✓' if verdict == row['dominant'] else '≠'} {verdict}" if verdict else "–"
 
 
-def terms_table(findings: Findings) -> Table:
+def ranked_terms_table(findings: Findings) -> Table:
     """Single terms by torque; pages show the first."""
     table, level = findings.tables["terms"], findings.model.level
     rows = rows_of(table, "rank")
@@ -154,7 +154,7 @@ def terms_table(findings: Findings) -> Table:
     return for_pages(table_of("terms", title, rows, columns, top=_TERMS))
 
 
-def tube_table(findings: Findings) -> Table:
+def near_errors_table(findings: Findings) -> Table:
     """Errors near the motion, and how near."""
     rows, tube = joint_rows(findings, "tube"), findings.tables["tube"]
     columns: dict[str, str | Column] = {**_stated_errors(findings), "tube_worst_found": "tube"}
@@ -187,7 +187,7 @@ def _stated_errors(findings: Findings) -> dict[str, str | Column]:
     }
 
 
-def beyond_table(findings: Findings) -> Table:
+def far_errors_table(findings: Findings) -> Table:
     """Errors farther from the motion: in its box, and within the arm's limits."""
     beyond, rows, sentences = findings.tables["beyond"], joint_rows(findings, "beyond"), []
     simplified = findings.tables["simplified_model"]
@@ -228,7 +228,7 @@ def beyond_table(findings: Findings) -> Table:
 
 
 def payload_table(findings: Findings) -> Table:
-    """Effect of a payload, and uncertainty of the torque; JSON has both in `beyond_table`."""
+    """Effect of a payload, and uncertainty of the torque; JSON has both in `far_errors_table`."""
     rows = joint_rows(findings, "beyond")
     masses = [row["mass_within_budget"] for row in rows]
     any_mass = [mass if mass < math.inf else "any" for mass in masses]
@@ -247,7 +247,7 @@ def payload_table(findings: Findings) -> Table:
     return table_of("payload", title, rows, columns, note, in_json=False)
 
 
-def cross_check_table(findings: Findings) -> Table:
+def difference_table(findings: Findings) -> Table:
     """Differences from Pinocchio, and what round-off explains."""
     rows = rows_of(findings.tables["cross_check"], "comparison")
     quantities = [row["quantity"].replace("_", " ") for row in rows]

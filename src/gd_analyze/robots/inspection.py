@@ -37,23 +37,21 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
         ),
         parts=(
             *_sentences("Suspicious", [text.removeprefix(file_prefix) for text in suspicious]),
-            *arm_tables(arm, with_lines=True),
+            _chain(arm),
+            *_geometry(arm),
+            *_links(arm),
+            *_uncertainties(arm),
+            _limits(arm),
+            *_drives(arm),
             *_sentences("Sources", arm.sources),
             *_sentences("Assumptions", arm.assumptions),
         ),
     )
 
 
-def arm_tables(arm: RobotArm, *, with_lines: bool = False) -> tuple[Part, ...]:
-    """Geometry, links, limits and drives of an arm; with the lines of its file that state them, if known."""
-    return (
-        _chain(arm, with_lines=with_lines),
-        *(_dh_table(arm) if arm.dh_table else _placements(arm)),
-        *_links(arm),
-        *_uncertainties(arm),
-        _limits(arm),
-        *_drives(arm),
-    )
+def arm_tables(arm: RobotArm) -> tuple[Part, ...]:
+    """Geometry, limits, links and drives of an arm, for reports of other results."""
+    return (*_geometry(arm), _limits(arm), *_links(arm), *_drives(arm))
 
 
 def _sentences(title: str, sentences: Sequence[str]) -> list[Section]:
@@ -66,23 +64,30 @@ def _cells(values: Iterable[float | None]) -> list[str]:
     return ["?" if value is None else f"{value:g}" for value in values]
 
 
-def _table(title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = "") -> Table:
+def _table(
+    key: str, title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = ""
+) -> Table:
     columns = (
         Column("", heading, list(cells), shown=_SHOWN.get(heading, "number"))
         for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
     )
-    return Table("", title, tuple(columns), note)
+    return Table(key, title, tuple(columns), note)
 
 
-def _chain(arm: RobotArm, *, with_lines: bool) -> Table:
+def _chain(arm: RobotArm) -> Table:
     whole, rows = float(arm.mass.sum()), []
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         lines = ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
         share = f"{100 * link.mass / (whole or 1.0):.0f}"
         rows.append([i, joint.name, link.name, f"{link.mass:.3g}", share, lines])
-    has_lines = with_lines and any(row[-1] for row in rows)
+    has_lines = any(row[-1] for row in rows)
     headings = ["#", "joint", "moves link", "kg", "%", "at lines" if has_lines else ""]
-    return _table(f"Chain, {whole:.4g} kg in all", headings, rows)
+    return _table("chain", f"Chain, {whole:.4g} kg in all", headings, rows)
+
+
+def _geometry(arm: RobotArm) -> Iterator[Table]:
+    """Denavit-Hartenberg parameters, or the frames of joints and links."""
+    return _dh_table(arm) if arm.dh_table else _placements(arm)
 
 
 def _dh_table(arm: RobotArm) -> Iterator[Table]:
@@ -95,18 +100,23 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
             d = f"q + {d}" if row.d else "q"
         rows.append([joint.name, joint.kind, theta, d, a, alpha])
     title = arm.convention[:1].upper() + arm.convention[1:]
-    yield _table(title, ["joint", "kind", "theta °", "d m", "a m", "alpha °"], rows)
+    yield _table("geometry", title, ["joint", "kind", "theta °", "d m", "a m", "alpha °"], rows)
 
 
 def _placements(arm: RobotArm) -> Iterator[Table]:
     joints = enumerate(arm.joints, start=1)
     rows = [[i, *_pose(joint.placement), _axis(joint.axis), joint.kind] for i, joint in joints]
     title = "Joint frames in the preceding link's frame: position (m), angles about x, y, z (°), axis"
-    yield _table(title, ["#", *_POSE, "axis", "kind"], rows)
+    yield _table("joint_frames", title, ["#", *_POSE, "axis", "kind"], rows)
     frames = [link.frame for link in arm.links]
     if any(frame.translation.any() or (frame.rotation != np.eye(3)).any() for frame in frames):
         title = "Link frames in their joint's frame: position (m), angles about x, y, z (°)"
-        yield _table(title, ["#", *_POSE], [[i, *_pose(frame)] for i, frame in enumerate(frames, start=1)])
+        yield _table(
+            "link_frames",
+            title,
+            ["#", *_POSE],
+            [[i, *_pose(frame)] for i, frame in enumerate(frames, start=1)],
+        )
 
 
 def _pose(placement: Placement) -> list[str]:
@@ -125,15 +135,17 @@ def _axis(axis: FloatArray) -> str:
 def _links(arm: RobotArm) -> Iterator[Table | Fact]:
     rows = [[link.name, *_cells([link.mass, *link.com])] for link in arm.links]
     title = "Links: mass (kg) and centre of mass (m) in the link's frame"
-    yield _table(title, ["link", "mass", "x", "y", "z"], rows)
+    yield _table("arm_links", title, ["link", "mass", "x", "y", "z"], rows)
     title = "Inertia about the centre of mass (kg m²), along the axes of the link's frame"
     rows = [[link.name, *_cells(link.inertia_com[_MOMENTS])] for link in arm.links]
     has_products = arm.inertia_com[:, *_PRODUCTS].any()
     note = "" if has_products else "All products of inertia are zero."
-    yield _table(title, ["link", "xx", "yy", "zz"], rows, note)
+    yield _table("inertias", title, ["link", "xx", "yy", "zz"], rows, note)
     if has_products:
         rows = [[link.name, *_cells(link.inertia_com[_PRODUCTS])] for link in arm.links]
-        yield _table("Products of inertia, entries of the tensor", ["link", "xy", "xz", "yz"], rows)
+        yield _table(
+            "products", "Products of inertia, entries of the tensor", ["link", "xy", "xz", "yz"], rows
+        )
     measured = ", ".join(link.name for link in arm.links if link.as_measured)
     axial = ", ".join(link.name for link in arm.links if link.axial_only)
     yield Fact("", "Inertia kept as measured" if measured else "", measured, shown="text")
@@ -155,11 +167,11 @@ def _uncertainties(arm: RobotArm) -> Iterator[Table]:
             about_origin += [link.name] if uncertainty.inertia_about == "origin" else []
     if rows:
         title = "Standard uncertainties of mass (kg), centre of mass (m) and inertia (kg m²); ? if not stated"
-        yield _table(title, ["link", "mass", "x", "y", "z", "xx", "yy", "zz"], rows)
+        yield _table("uncertainties", title, ["link", "mass", "x", "y", "z", "xx", "yy", "zz"], rows)
     if about_origin or any(cell != "0" for row in products for cell in row[1:]):
         note = f"About the origin of the link frame: {', '.join(about_origin)}." if about_origin else ""
         title = "Standard uncertainties of products of inertia (kg m²)"
-        yield _table(title, ["link", "xy", "xz", "yz"], products, note)
+        yield _table("product_uncertainties", title, ["link", "xy", "xz", "yz"], products, note)
 
 
 def _limits(arm: RobotArm) -> Table:
@@ -173,7 +185,7 @@ def _limits(arm: RobotArm) -> Table:
         velocity += "" if velocity == "?" else f" {joint.unit}/s"
         acceleration += "" if acceleration == "?" else f" {joint.unit}/s²"
         rows.append([joint.name, span, velocity, acceleration])
-    return _table("Limits", ["joint", "range", "velocity", "acceleration"], rows)
+    return _table("limits", "Limits", ["joint", "range", "velocity", "acceleration"], rows)
 
 
 def _drives(arm: RobotArm) -> Iterator[Table]:
@@ -190,4 +202,4 @@ def _drives(arm: RobotArm) -> Iterator[Table]:
         inertia = x.inertia if arm.counts_drives() else None  # that nobody states
         numbers = (inertia, x.inertia_uncertainty, x.gear_ratio, x.viscous, *x.coulomb, x.torque_limit)
         rows.append([joint.name, *_cells(numbers)])
-    yield _table(title, headings, rows)
+    yield _table("drives", title, headings, rows)
