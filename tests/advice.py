@@ -11,7 +11,9 @@ import click
 from gd_analyze.cli.app import app
 
 # An option, and the word behind it unless that begins a new clause.
-_OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?:[ =]('[^']*'|\"[^\"]*\"|[^\s;,.'\"`)-][^\s;,`)]*))?")
+_OPTION = re.compile(
+    r"(?<![\w-])(--[a-z][a-z-]*)(?:[ =]('[^']*'|\"[^\"]*\"|[^\s;,.'\"`)-](?:[^\s;,`)]|,(?=\S))*))?"
+)
 _COMMAND = re.compile(r"`gd-analyze ([^`]*)`")
 # Words of a sentence behind an option whose value is left to the user.
 _SENTENCE = re.compile(r"[a-z]+")
@@ -29,7 +31,7 @@ def false_advice(advice: str, verb: click.Command | None) -> Iterator[str]:
 
 
 def _false_options(text: str, verbs: list[click.Command]) -> Iterator[str]:
-    for option, word in _OPTION.findall(text):
+    for option, word in advised_options(text):
         if option == "--help":
             continue
         every = [(verb, param) for verb in verbs for param in verb.params]
@@ -38,6 +40,11 @@ def _false_options(text: str, verbs: list[click.Command]) -> Iterator[str]:
             yield f"{option} of {', '.join(str(verb.name) for verb in verbs[:2])}"
         elif word and not any(_takes(verb, param, word) for verb, param in takers):
             yield f"{option} {word}"
+
+
+def advised_options(text: str) -> list[tuple[str, str]]:
+    """Options that a text names, each with the word behind it, or ""."""
+    return _OPTION.findall(text)
 
 
 def _takes(verb: click.Command, param: click.Parameter, word: str) -> bool:

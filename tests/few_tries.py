@@ -10,7 +10,7 @@ import pytest
 from gd_analyze.operations import sharing
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.effort import kept_program
-from gd_analyze.simplification.torque_program import shortest_program
+from gd_analyze.simplification.torque_program import program_of_terms
 
 # Of 400 and 500.
 _TRIES = 10
@@ -34,4 +34,4 @@ def few_tries() -> Iterator[None]:
 def forget() -> None:
     """Let every program be written again."""
     kept_program.cache_clear()
-    shortest_program.cache_clear()
+    program_of_terms.cache_clear()

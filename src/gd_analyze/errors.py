@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from gd_analyze.text import in_python, shortened, visible
 
@@ -136,12 +138,48 @@ class TorqueLimitWarning(LeadingWarning):
     """A motion takes more torque than the arm's drives give."""
 
 
-def warnings_said(caught: Iterable[warnings.WarningMessage], before: Iterable[str] = ()) -> list[str]:
-    """Texts of recorded warnings after those given before, leading ones first; others' are passed on."""
-    said = [*before]
-    for item in caught:
-        if issubclass(item.category, GdAnalyzeWarning):
-            said.insert(0 if issubclass(item.category, LeadingWarning) else len(said), str(item.message))
-        else:  # of another library
-            warnings.warn_explicit(item.message, item.category, item.filename, item.lineno)
-    return said
+class Warned:
+    """The library's warnings, once each, leading ones first; those of a stage of the work are told together.
+
+    Parameters
+    ----------
+    texts
+        Warnings given so far, which are not told again; the list grows.
+    tell
+        Called with the texts that are new since it was last called.
+    """
+
+    def __init__(self, texts: list[str], tell: Callable[[list[str]], None]) -> None:
+        self.texts = texts
+        self._tell = tell
+        self._told = set(texts)
+
+    def note(self, text: str, category: type[Warning] = GdAnalyzeWarning) -> None:
+        """Note a warning, a leading one before all others."""
+        if text not in self.texts:
+            self.texts.insert(0 if issubclass(category, LeadingWarning) else len(self.texts), text)
+
+    def tell(self) -> None:
+        """Tell the warnings that were not told yet."""
+        new_texts = [text for text in list(self.texts) if text not in self._told]  # threads may note more
+        self._told.update(new_texts)
+        self._tell(new_texts)
+
+    @contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Note the library's warnings while the block lasts, and tell them at its end."""
+        shown_by_python = warnings.showwarning
+
+        def note(message: Warning | str, category: type[Warning], *arguments: Any, **keywords: Any) -> None:
+            if issubclass(category, GdAnalyzeWarning):
+                self.note(str(message), category)
+            else:
+                shown_by_python(message, category, *arguments, **keywords)
+
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("always", GdAnalyzeWarning)
+                warnings.showwarning = note
+                yield
+        finally:
+            self.tell()

@@ -9,12 +9,12 @@ from typing import Any
 
 import click
 
+from advice import advised_options
 from gd_analyze.cli.log_options import log_options, reading_asked
 from gd_analyze.motions.reading import Reading
 
 # Words that stand for something which only the user knows, and a value of each.
 PLACEHOLDERS = {"HZ": "100", "COLUMN": "#1", "NAME": "other", "JOINT": "1", "LIST": "1", "SECONDS": "9"}
-_OPTION = re.compile(r"--[a-z-]+(?: (?:'[^']*'|[^\s;'-][^\s;]*))?")
 _FLAGS = ("--measured", "--planned", "--degrees", "--drop-rows")
 
 
@@ -24,7 +24,7 @@ def remedies(message: str) -> Iterator[tuple[list[str], bool]]:
     Options that follow each other belong together; "or" and a semicolon part alternatives.
     """
     for part in re.split(r" or |; ", message):
-        options = [shlex.split(option) for option in _OPTION.findall(part)]
+        options = [[option, *shlex.split(word)] for option, word in advised_options(part)]
         # An option without its value is only mentioned: "give a larger --largest-gap".
         mentioned = any(len(words) < 2 and words[0] not in _FLAGS for words in options)
         if options and not mentioned and not part.startswith("omit"):

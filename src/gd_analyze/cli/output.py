@@ -15,8 +15,8 @@ import click
 
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
-from gd_analyze.cli.terminal import Stages, colour, stages, warnings_collected, width
-from gd_analyze.errors import UsageError
+from gd_analyze.cli.terminal import Stages, colour, stages, tell_warnings, width
+from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import require_writable
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.text import visible
@@ -36,8 +36,8 @@ class Output:
     @contextmanager
     def working(self) -> Iterator[Stages]:
         """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
-        collected = warnings_collected(self.quiet, self.warnings)
-        with collected as warned, stages(self.quiet, warned) as stage:
+        warned = Warned(self.warnings, (lambda texts: None) if self.quiet else tell_warnings)
+        with warned.collecting(), stages(self.quiet, warned) as stage:
             click.get_current_context().meta[STAGE] = stage
             stage("reading")
             yield stage

@@ -6,14 +6,13 @@ import os
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
+from gd_analyze.errors import Warned
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -48,46 +47,10 @@ def tell(kind: str, text: str) -> None:
     click.echo(styled + "\n".join(texts).removeprefix(kind), file=sys.stderr, color=colour())
 
 
-class Warned:
-    """The library's warnings, once each, each told when the stage of the work that gave it ends."""
-
-    def __init__(self, quiet: bool, texts: list[str]) -> None:
-        self.texts = texts
-        self._quiet = quiet
-        self._printed: set[str] = set()
-
-    def note(self, text: str, category: type[Warning]) -> None:
-        """Note a warning, a leading one before all others."""
-        if text not in self.texts:
-            self.texts.insert(0 if issubclass(category, LeadingWarning) else len(self.texts), text)
-
-    def tell(self) -> None:
-        """Print the warnings that were not printed yet to standard error."""
-        for text in list(self.texts):  # another thread may note one
-            if text not in self._printed and not self._quiet:
-                tell("warning", text)
-            self._printed.add(text)
-
-
-@contextmanager
-def warnings_collected(quiet: bool, texts: list[str]) -> Iterator[Warned]:
-    """Collect the library's warnings in a list, once each, and print them to standard error in the end."""
-    shown_by_python = warnings.showwarning
-    warned = Warned(quiet, texts)
-
-    def note(message: Warning | str, category: type[Warning], *arguments: Any, **keywords: Any) -> None:
-        if issubclass(category, GdAnalyzeWarning):
-            warned.note(visible(str(message)), category)
-        else:
-            shown_by_python(message, category, *arguments, **keywords)
-
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("always", GdAnalyzeWarning)
-            warnings.showwarning = note
-            yield warned
-    finally:
-        warned.tell()
+def tell_warnings(texts: Sequence[str]) -> None:
+    """Print warnings to standard error."""
+    for text in texts:
+        tell("warning", text)
 
 
 class StageLines:
@@ -147,7 +110,7 @@ class Stages:
         """Print the warnings of a step that has ended."""
         if self._warned:
             for text in texts:
-                self._warned.note(text, GdAnalyzeWarning)
+                self._warned.note(text)
             self._warned.tell()
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:

@@ -112,21 +112,24 @@ _PARTNER = {"cos": "sin", "sin": "cos"}
 
 def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
     """Write torque terms as a program: nested, with shared parts, or rearranged, as the effort allows."""
-    if len(terms) > effort.shared:
-        return nested_program(velocities, terms)
-    if not effort.rearranging:
-        return next(_shared(velocities, terms, effort))
-    return shortest_program(velocities, tuple(sorted(terms.items())), effort)
+    return program_of_terms("torque", velocities, tuple(sorted(terms.items())), effort)
 
 
-@lru_cache(maxsize=64)
-def shortest_program(
-    velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
+@lru_cache(maxsize=256)
+def program_of_terms(
+    quantity: str, velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
 ) -> Program:
-    """Write terms and their weights in the shortest of several ways."""
+    """Write the torque, or D ("inertia"), h or c, from terms; models of one search often share some."""
     weights = dict(terms)
-    programs = [nested_program(velocities, weights, in_line=in_line) for in_line in (False, True)]
-    return min([*programs, *_shared(velocities, weights, effort)], key=lambda program: program.count.total)
+    if len(weights) > effort.shared:
+        program = nested_program(velocities, weights)
+    elif not effort.rearranging:
+        program = next(_shared(velocities, weights, effort))
+    else:
+        programs = [nested_program(velocities, weights, in_line=in_line) for in_line in (False, True)]
+        programs += _shared(velocities, weights, effort)
+        program = min(programs, key=lambda program: program.count.total)
+    return inertia_program(program, velocities.n_joints, symmetric=True) if quantity == "inertia" else program
 
 
 def program_of_parameters(
@@ -168,17 +171,8 @@ def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: E
     for term in sorted(terms):
         parts[term.quantity].append((term, terms[term]))
     return Functions(
-        *(_program_of(quantity, velocities, tuple(part), effort) for quantity, part in parts.items())
+        *(program_of_terms(quantity, velocities, tuple(part), effort) for quantity, part in parts.items())
     )
-
-
-@lru_cache(maxsize=256)
-def _program_of(
-    quantity: str, velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
-) -> Program:
-    """D, h or c from its own terms; models of one search often differ in one of them only."""
-    program = torque_program(velocities, dict(terms), effort)
-    return inertia_program(program, velocities.n_joints, symmetric=True) if quantity == "inertia" else program
 
 
 def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, warnings_said
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, Warned
 from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -225,8 +225,8 @@ def control(
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_trajectory_joints(motion, model.arm)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GdAnalyzeWarning)
+    warned_so_far = Warned(list(dict.fromkeys(warned)), lambda texts: None)
+    with warned_so_far.collecting():
         check_against_arm(motion, moved)
         followed = followable(motion)
         world = _world(model, moved, followed, settings)
@@ -252,7 +252,7 @@ def control(
         ),
         fixed_excess=bounds.fixed_excess(world),
         at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
-        warnings=tuple(dict.fromkeys(warnings_said(caught, warned))),
+        warnings=tuple(warned_so_far.texts),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),
     )
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import warnings
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from gd_analyze.errors import GdAnalyzeWarning, UsageError, warnings_said
+from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import RESULT_FILES, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.results.findings import Findings
@@ -156,38 +154,20 @@ def find(
         disagrees with Pinocchio.
     """
     progress = progress or _Silent()
-    warned_so_far = _Warned(warned, progress)
+    warned_so_far = Warned(list(dict.fromkeys(warned)), progress.warn)
     settings = settings or Settings()
 
     # What is suspicious in the files themselves is told by whoever reads them.
     inputs = read_step(arm, trajectory, settings, command)
-    with warned_so_far.step():
+    with warned_so_far.collecting():
         warn_of_inputs(inputs)
         dynamics = decompose_step(inputs, progress)
-    with warned_so_far.step():
+    with warned_so_far.collecting():
         ranking = rank_step(inputs, dynamics, settings.asked)
         warn_of_too_many_terms(dynamics)
     progress.ranked(ranking, str(settings.asked))
-    with warned_so_far.step():
+    with warned_so_far.collecting():
         models = simplify_step(inputs, dynamics, progress)
-    with warned_so_far.step():
+    with warned_so_far.collecting():
         findings = collect_step(inputs, dynamics, models)
     return replace(findings, warnings=tuple(warned_so_far.texts))
-
-
-class _Warned:
-    """The library's warnings, once each; those of a step are told when it ends."""
-
-    def __init__(self, texts: Iterable[str], progress: JobProgress) -> None:
-        self.texts = list(dict.fromkeys(texts))
-        self._progress = progress
-
-    @contextmanager
-    def step(self) -> Iterator[None]:
-        """Collect the warnings of a step, leading ones before all others, and tell them in the end."""
-        before = set(self.texts)
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", GdAnalyzeWarning)
-            yield
-        self.texts = list(dict.fromkeys(warnings_said(caught, self.texts)))
-        self._progress.warn([text for text in self.texts if text not in before])

@@ -17,6 +17,7 @@ from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, prepare_pdf
 from gd_analyze.result import Result
 from gd_analyze.results.findings import Findings
+from gd_analyze.results.hdf5 import write_table
 from gd_analyze.results.rows import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots.arm import RobotArm
@@ -51,7 +52,7 @@ class StudyFolder:
                 if format_ in contents:
                     temporary.write_bytes(contents[format_])
                 elif dataset is not None:
-                    dataset.assign_attrs(result.provenance).to_netcdf(temporary, engine="h5netcdf")
+                    write_table(temporary, dataset.assign_attrs(result.provenance))
         for path in self._stale:
             path.unlink(missing_ok=True)
 
