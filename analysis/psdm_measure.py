@@ -214,7 +214,7 @@ def nanoseconds(exported: Exported, states: States) -> float | None:
     """Time exported C, per state, the least of many passes over all states; None without a compiler."""
     if shutil.which("gcc") is None:
         return None
-    name, function = exported.given.name, exported.given.torque
+    name, function = exported.subject.name, exported.subject.torque
     assert function is not None
     rows = [np.ascontiguousarray(x) for x in states.arrays]
     count, n = rows[0].shape

@@ -76,7 +76,7 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
     temporaries = tuple(folder / f"{_own_prefix()}{path.name}" for path in paths)
     for path in paths:
         _require_no_obstacle(path)
-    made = [place for place in (folder, *folder.parents) if not place.exists()]
+    new_folders = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         with _named("cannot write there", where):
             folder.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
         for temporary in temporaries:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
-        for place in made:
+        for place in new_folders:
             with suppress(OSError):  # which a folder with files raises
                 place.rmdir()
 
@@ -216,7 +216,7 @@ def shipped(kind: str, suffix: str) -> dict[str, Path]:
     return {path.stem: path for path in sorted(data_folder(kind).glob(f"*{suffix}"))}
 
 
-def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
+def mark_of(inputs: Sequence[Any], everything: Any = None) -> str:
     """Mark of a run, which each of its files carries; the same JSON values give the same mark.
 
     Its first part identifies what was asked for: names of the arm and the motion, options. The second part
@@ -224,7 +224,7 @@ def mark_of(asked: Sequence[Any], everything: Any = None) -> str:
     """
     first, second = (
         hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
-        for value in (list(asked), [list(asked), everything])
+        for value in (list(inputs), [list(inputs), everything])
     )
     return f"gd-run:{first[:8]}-{second[:16]}"
 

@@ -181,10 +181,10 @@ def json_fault(error: Exception) -> str:
         return "brackets nested too deep"
     if not isinstance(error, json.JSONDecodeError):
         return "a number of thousands of digits"
-    rest = error.doc[error.pos :].strip()
-    if not rest or error.msg.startswith("Unterminated"):
+    unread = error.doc[error.pos :].strip()
+    if not unread or error.msg.startswith("Unterminated"):
         return "the end of the file within a value: it is cut off"
-    return in_python(rest.splitlines()[0][:30])
+    return in_python(unread.splitlines()[0][:30])
 
 
 def field_fault(fault: Mapping[str, Any]) -> tuple[str, str]:
@@ -193,8 +193,8 @@ def field_fault(fault: Mapping[str, Any]) -> tuple[str, str]:
         return f"a field {fault['loc'][-1]}", "none"
     if fault["type"] == "extra_forbidden":
         return "no field of this name", in_python(fault.get("input"))
-    said = str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
-    return said, in_python(fault.get("input"))
+    message = str(fault["msg"]).removeprefix("Value error, ").removeprefix("Input should be ")
+    return message, in_python(fault.get("input"))
 
 
 def shortened(text: str, most: int) -> str:

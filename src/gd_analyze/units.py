@@ -84,14 +84,14 @@ class Quantity:
         match = _QUANTITY.fullmatch(text.strip())
         if match is None:
             return None
-        number, rest = float(match["number"]), match["rest"]
-        if not rest:
+        number, unit_text = float(match["number"]), match["rest"]
+        if not unit_text:
             return cls(number)
-        share = _SHARE.fullmatch(rest)
+        share = _SHARE.fullmatch(unit_text)
         if share is not None:
             # Divided, as 7 / 100 is the number nearest to 0.07.
             return cls(number / 100, "share", share["whole"].lower())
-        unit = unit_named(rest)
+        unit = unit_named(unit_text)
         return None if unit is None else cls(number * UNITS[KINDS[unit]][unit], KINDS[unit])
 
     @classmethod

@@ -375,7 +375,7 @@ def test_a_name_that_is_advised_is_taken():
         with pytest.raises(UsageError) as caught:
             gd.export("two_link", "c", name=name)
         advised = caught.value.details["next"].removesuffix(" would do")
-        assert gd.export("two_link", "c", name=advised).given.name == advised
+        assert gd.export("two_link", "c", name=advised).subject.name == advised
 
 
 def test_what_does_not_fit_is_refused(two_link, swing):

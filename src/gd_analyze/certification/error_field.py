@@ -214,13 +214,13 @@ def _highest_position(
         real, imaginary = (part.T @ shares for part in polynomial.parts)
         higher = _higher(polynomial, real + 1j * imaginary, q[:, climbing], box)
         higher_values = polynomial(higher)
-        now = motion.reached(higher_values)
-        better = now > (1.0 + _GAIN) * reached[climbing]
+        moved = motion.reached(higher_values)
+        better = moved > (1.0 + _GAIN) * reached[climbing]
         climbing = climbing[better]
         if not climbing.size:
             break
         q[:, climbing], values[:, climbing] = higher[:, better], higher_values[:, better]
-        reached[climbing] = now[better]
+        reached[climbing] = moved[better]
     return q[:, int(reached.argmax())]
 
 
@@ -231,7 +231,7 @@ def _higher(
     q, all_multiples, revolute = start.copy(), polynomial.multiples, polynomial.revolute
     harmonics = coefficients * np.exp(1j * (all_multiples[:, revolute] @ q[revolute]))
     for joint in map(int, np.flatnonzero(polynomial.degrees)):
-        multiples, now, turns = all_multiples[:, joint], q[joint].copy(), bool(revolute[joint])
+        multiples, positions, turns = all_multiples[:, joint], q[joint].copy(), bool(revolute[joint])
         values: Array = harmonics
         for k in np.flatnonzero(~revolute):
             if k != joint:
@@ -239,17 +239,17 @@ def _higher(
         orders = np.unique(multiples)
         along = np.stack([values[multiples == m].sum(axis=0) for m in orders])
         if turns:
-            along *= np.exp(-1j * np.outer(orders, now))
+            along *= np.exp(-1j * np.outer(orders, positions))
         places = np.linspace(box.lower[joint], box.upper[joint], _PLACES)
         best = places[_along(along, orders, places[:, None, None], turns)[0].argmax(axis=0)]
         for _ in range(_STEPS):
             _, slope, curve = _along(along, orders, best, turns)
             step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, 1.0), 0.0)
             best = np.clip(best + step, box.lower[joint], box.upper[joint])
-        old, new = (_along(along, orders, x, turns)[0] for x in (now, best))
-        q[joint] = np.where(new > old, best, now)
+        old, new = (_along(along, orders, x, turns)[0] for x in (positions, best))
+        q[joint] = np.where(new > old, best, positions)
         if turns:
-            phases = np.exp(1j * np.outer(orders, q[joint] - now))
+            phases = np.exp(1j * np.outer(orders, q[joint] - positions))
             harmonics *= phases[np.searchsorted(orders, multiples)]
     return q
 

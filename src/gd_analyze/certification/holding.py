@@ -57,7 +57,7 @@ def simplify_held(
     exact: ExactDynamics,
     budget: Budget | str | None,
     region: Box | Tube,
-    how: SearchOptions = _USUAL,
+    options: SearchOptions = _USUAL,
     *,
     certified: bool = False,
     effort: int = POSITIONS_PER_JOINT,
@@ -80,7 +80,7 @@ def simplify_held(
         Allowed torque error per joint; by default 1 % of each joint's peak torque.
     region
         The states.
-    how
+    options
         Level, refit and effort; all rounds but the last are shorter than those of `simplify`.
     certified
         Return only a proven model, or the exact one.
@@ -102,17 +102,17 @@ def simplify_held(
         If not even the exact model can be certified, the tube is around other motions, or the level is
         element.
     """
-    require_no_budget(how.level, f"budget {budget}")
+    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
-    if how.level.is_program:
+    if options.level.is_program:
         best = program_held(
             exact,
             exact.allowed(budget),
             str(budget),
             region,
-            how,
+            options,
             certified=certified,
             effort=effort,
             provenance=provenance or {},
@@ -121,7 +121,7 @@ def simplify_held(
         )
     else:
         rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-        best = rounds.held(how)
+        best = rounds.held(options)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -162,7 +162,7 @@ class _Rounds:
     progress: Callable[[int], None] | None
     stage: Callable[[str], object]
 
-    def held(self, how: SearchOptions) -> Held:
+    def held(self, options: SearchOptions) -> Held:
         """Fit and test until a model holds."""
         n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
         share = np.ones(n)
@@ -173,18 +173,18 @@ class _Rounds:
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         sample = first = self.exact.joined_by(drawn, weights)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(how, writing=ROUGH, effort=how.effort * _EFFORT, dearer=True, selections=[])
+        search = replace(options, writing=ROUGH, effort=options.effort * _EFFORT, dearer=True, selections=[])
         for turn in range(_ROUNDS):
             if len(counts):
                 sample = first.joined_by(worst, counts)
             model = simplify_exact(
                 sample,
                 Budget.of_torques(share * allowed),
-                search if turn else replace(search, effort=how.effort),
+                search if turn else replace(search, effort=options.effort),
                 provenance=self.provenance,
                 stage=self.stage,
             )
-            if len(model.terms) > how.most_terms:
+            if len(model.terms) > options.most_terms:
                 return Held(with_gamma(self.exact, model), near=sample)
             trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
@@ -198,7 +198,7 @@ class _Rounds:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
-                trial = self._written(trial, allowed, how.writing)
+                trial = self._written(trial, allowed, options.writing)
                 errors = trial.found
                 assert errors is not None
                 if (errors <= allowed).all():
@@ -215,7 +215,7 @@ class _Rounds:
                 share = share * needed**_SHRINKING
             elif late >= 0:
                 share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
-        everything = with_gamma(self.exact, exactly(self.exact, how.level, allowed, str(self.budget)))
+        everything = with_gamma(self.exact, exactly(self.exact, options.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:

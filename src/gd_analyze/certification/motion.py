@@ -35,7 +35,7 @@ class MotionFactors:
         """Places of 1, of accelerations, of squares and of products of two velocities."""
         kinds = [kind if len(set(joints)) < 2 else "pair" for kind, joints in self.factors]
         still, pushed, squares, pairs = (
-            [p for p, kind in enumerate(kinds) if kind == wanted] for wanted in ("1", "qdd", "qd", "pair")
+            [p for p, kind in enumerate(kinds) if kind == group] for group in ("1", "qdd", "qd", "pair")
         )
         return still, pushed, squares, pairs
 

@@ -56,7 +56,7 @@ def program_held(
     allowed: FloatArray,
     stated: str,
     region: Box | Tube,
-    how: SearchOptions,
+    options: SearchOptions,
     *,
     certified: bool,
     effort: int,
@@ -75,7 +75,7 @@ def program_held(
     drawn, counts = _pool(region, settings.pool)
     pool = exact.joined_by(drawn, counts)
     lengths = FastSettings(fresh=settings.fresh, scouts=settings.scouts, limit=settings.limit)
-    search = FastSearch(pool, allowed, how, lengths, progress=progress, stage=stage)
+    search = FastSearch(pool, allowed, options, lengths, progress=progress, stage=stage)
     share, best = np.ones(len(allowed)), None
     last = settings.searches - 1
     for turn in range(settings.most):

@@ -115,16 +115,16 @@ def proven_again(
                 next_step="name its file with --along",
             )
         region = Tube.along(model.arm, motion, stated.margin)
-    again = certify(model, region, effort=stated.effort, limit=stated.certified, progress=progress)
+    certificate = certify(model, region, effort=stated.effort, limit=stated.certified, progress=progress)
     # The same sums, up to the rounding of another machine.
-    holds = again.certified <= stated.certified * (1.0 + 1e-9)
+    holds = certificate.certified <= stated.certified * (1.0 + 1e-9)
     verdict = "holds" if holds.all() else f"does not hold at joint {1 + int(np.argmin(holds))}"
     units = [joint.effort_unit for joint in joints]
     columns = (
         *joint_columns(joints),
         Column("stated", "stated", stated.certified, units, "bound"),
-        Column("certified", "proven", again.certified, units, "bound"),
-        Column("worst_found", "found", again.worst_found, units),
+        Column("certified", "proven", certificate.certified, units, "bound"),
+        Column("worst_found", "found", certificate.worst_found, units),
         Column("holds", "holds", holds.tolist()),
     )
     facts = (

@@ -23,8 +23,8 @@ _OF_READINGS = {"cutoff", "largest_gap"}
 def _keep(context: click.Context, parameter: click.Parameter, value: Any) -> Any:
     """Keep a value with the command, so that no verb has to pass it on."""
     # --planned is False; so is a flag that is absent.
-    said = value not in (None, ()) and (value is not False or parameter.name == "measured")
-    if parameter.name is not None and said:
+    is_stated = value not in (None, ()) and (value is not False or parameter.name == "measured")
+    if parameter.name is not None and is_stated:
         context.meta.setdefault(_KEPT, {})[parameter.name] = value
     return value
 

@@ -138,7 +138,7 @@ def simplify(
             raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        found = search_model(
+        search = search_model(
             exact,
             motion,
             None if level == "element" else budget,
@@ -151,11 +151,11 @@ def simplify(
             stage=stage,
             progress=stage.advance,
         )
-        held_model = found.held
+        held_model = search.held
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
-        result = result if found.tracked is None else found.tracked.beside(result)
+        result = result if search.tracked is None else search.tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)

@@ -53,9 +53,9 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
     end = shared + OWN
     used = equations.counts.min(axis=0) >= settings.fewest
     # Right-hand side: corrected torques less the file's.
-    wanted = np.concatenate([-np.ones((n, 1)), torque], axis=1)
-    target = np.einsum("icd,id->ic", equations.fitted[:, :, end:], wanted)
-    square = np.einsum("id,idc,ic->i", wanted, equations.fitted[:, end:, end:], wanted)
+    targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
+    target = np.einsum("icd,id->ic", equations.fitted[:, :, end:], targets)
+    square = np.einsum("id,idc,ic->i", targets, equations.fitted[:, end:, end:], targets)
     torque_squares = np.einsum("id,ide,ie->i", torque, equations.total[:, end + 1 :, end + 1 :], torque)
     size = torque_squares / np.maximum(equations.counts.sum(axis=0), 1.0)
     least = settings.floor**2 * size + np.finfo(float).tiny
@@ -90,8 +90,8 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
         noise = mean + least
         if (np.abs(noise - before) < _SETTLED * before)[used].all():
             break
-    square = np.einsum("id,idc,ic->i", wanted, equations.scored[:, end:, end:], wanted)
-    target = np.einsum("icd,id->ic", equations.scored[:, :, end:], wanted)
+    square = np.einsum("id,idc,ic->i", targets, equations.scored[:, end:, end:], targets)
+    target = np.einsum("icd,id->ic", equations.scored[:, :, end:], targets)
     squares = _squares(equations.scored, square, target, changes, joint_numbers)
     mean = squares / np.maximum(equations.counts[1], 1.0)
     # Torques are measured in units of those logged, so that no unit matters.

@@ -281,11 +281,13 @@ class TimeUnit(Hypothesis):
             recording = log.recording
             if recording is not None and recording.qd is not None:
                 factors.append(velocity_factors(log.time, recording.q, recording.qd, log.gaps))
-        known = np.concatenate(factors) if factors else np.zeros(0)
-        known = known[np.isfinite(known) & (known > 0.0)]
-        if len(known) < self._FEWEST or np.ptp(known) > self._ALIKE * float(np.median(known)):
+        known_factors = np.concatenate(factors) if factors else np.zeros(0)
+        known_factors = known_factors[np.isfinite(known_factors) & (known_factors > 0.0)]
+        if len(known_factors) < self._FEWEST or np.ptp(known_factors) > self._ALIKE * float(
+            np.median(known_factors)
+        ):
             return None
-        return float(np.median(known))
+        return float(np.median(known_factors))
 
     def _remedy(self, problem: Problem, pace: float, step: float) -> str:
         recording = problem.samples.logs[0].recording

@@ -105,15 +105,15 @@ def _descended(problem: Problem, begin: FloatArray, size: float) -> tuple[FloatA
         return problem.rough_score(replace(problem.correction, gravity=gravity_along(x)))
 
     x, width = np.zeros(2), _FIRST_STEP
-    now = score(x)
+    current = score(x)
     while width > _LAST_STEP:
         moves = [x + width * step for step in (*np.eye(2), *-np.eye(2))]
         scores = [score(move) for move in moves]
-        if min(scores) < now - _WORTH and np.linalg.norm(x) < _FAR:
-            x, now = moves[int(np.argmin(scores))], min(scores)
+        if min(scores) < current - _WORTH and np.linalg.norm(x) < _FAR:
+            x, current = moves[int(np.argmin(scores))], min(scores)
         else:
             width /= 2.5
-    return gravity_along(x), now
+    return gravity_along(x), current
 
 
 def _carried(problem: Problem, when: FloatArray | None = None) -> Added:

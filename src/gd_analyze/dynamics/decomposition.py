@@ -130,8 +130,8 @@ def _motion_of(
                 raise UsageError(message, where=name, expected=f"a motion, or q with {name}")
         return trajectory_of(trajectory, arm)
     still, quantities = np.zeros(arm.n_joints), {"q": q, "qd": qd, "qdd": qdd}
-    given = {name: still if values is None else values for name, values in quantities.items()}
-    arrays = broadcast_states(arm.n_joints, f"arm {arm.name}", UsageError, **given)
+    complete = {name: still if values is None else values for name, values in quantities.items()}
+    arrays = broadcast_states(arm.n_joints, f"arm {arm.name}", UsageError, **complete)
     if arrays[0].ndim > 2 or not arrays[0].size:
         expected, shape = f"shape (N, {arm.n_joints}) or ({arm.n_joints},)", str(arrays[0].shape)
         raise UsageError("q does not number its states", where="q", expected=expected, found=shape)
@@ -279,12 +279,12 @@ def _empty(arm: RobotArm, names: Sequence[str], count: int, dtype: type = float)
 
 
 @lru_cache(maxsize=8)
-def _program(arm: RobotArm, names: tuple[str, ...], wanted: tuple[str, ...]) -> Program:
+def _program(arm: RobotArm, names: tuple[str, ...], outputs: tuple[str, ...]) -> Program:
     """Program of `_fill` for the named arrays, with the wanted results one after another."""
     trace, out = Trace(), _empty(arm, names, 1, object)
     q, qd, qdd = (trace.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd"))
     _fill(arm, q, qd, qdd, out)
-    return Program.of(trace, [x for name in wanted for x in out[name].ravel().tolist()])
+    return Program.of(trace, [x for name in outputs for x in out[name].ravel().tolist()])
 
 
 @lru_cache(maxsize=4)

@@ -144,8 +144,8 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     negligible, links = (
         over_time[k].transpose("time", "element") for k in ("negligible", "links_negligible")
     )
-    which = [np.broadcast_to(over_motion == "zero", negligible.shape), negligible.values, links.values]
-    words = np.select(which, ["zero", "negligible", "drive"], DOMINANT[translation + 2 * rotation])
+    holds = [np.broadcast_to(over_motion == "zero", negligible.shape), negligible.values, links.values]
+    words = np.select(holds, ["zero", "negligible", "drive"], DOMINANT[translation + 2 * rotation])
     return negligible.copy(data=words).rename("verdict").drop_attrs()
 
 

@@ -42,13 +42,13 @@ class Drivetrain:
             leading, (viscous,) = checked_states(arm, damping=self.damping)
             if leading or (viscous < 0).any():
                 message = "damping must oppose motion, one coefficient per joint"
-                wanted, coefficients = f"{arm.n_joints} numbers of 0 or more", str(viscous.tolist())
-                raise UsageError(message, where="damping", expected=wanted, found=coefficients)
+                expected, coefficients = f"{arm.n_joints} numbers of 0 or more", str(viscous.tolist())
+                raise UsageError(message, where="damping", expected=expected, found=coefficients)
         if not self.friction:
             return lambda qd: viscous * qd
         if not (np.isfinite(self.rest_velocity) and self.rest_velocity > 0):
-            message, wanted = "the rest velocity is not positive", "a positive number of rad/s (m/s)"
-            raise UsageError(message, where="rest_velocity", expected=wanted, found=str(self.rest_velocity))
+            message, expected = "the rest velocity is not positive", "a positive number of rad/s (m/s)"
+            raise UsageError(message, where="rest_velocity", expected=expected, found=str(self.rest_velocity))
         slope = viscous + viscous_coefficients(arm)
         return lambda qd: slope * qd + coulomb_friction(arm, qd, rest_velocity=self.rest_velocity)
 

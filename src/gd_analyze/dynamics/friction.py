@@ -209,9 +209,9 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
 
     sizes = np.linalg.norm(r[:, terms], axis=0)
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
-    wanted = r[:, _MEASURED] - r[:, _MODEL]
+    friction = r[:, _MEASURED] - r[:, _MODEL]
     # The method finds the active bounds in finitely many steps, and then solves without them.
-    solution = lsq_linear(r[:, terms] / sizes, wanted, (least, np.inf), method="bvls")
+    solution = lsq_linear(r[:, terms] / sizes, friction, (least, np.inf), method="bvls")
     weights = np.zeros(5)
     weights[terms] = -solution.x / sizes
     weights[[_MODEL, _MEASURED]] = -1.0, 1.0

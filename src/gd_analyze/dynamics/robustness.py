@@ -254,5 +254,7 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
 
 def _by_verdict(needed: FloatArray, samples: int) -> FloatArray:
     """Counts by verdict from counts of translation, rotation and both needed."""
-    translation, rotation, both = np.moveaxis(needed, -1, 0)
-    return np.stack([translation - both, rotation - both, both, samples - translation - rotation + both], -1)
+    translation, rotation, either = np.moveaxis(needed, -1, 0)
+    return np.stack(
+        [translation - either, rotation - either, either, samples - translation - rotation + either], -1
+    )

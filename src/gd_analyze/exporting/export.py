@@ -32,20 +32,20 @@ CLASSES: dict[str, type[Language]] = dict(
 class Exported:
     """Exported texts by file name, and their input."""
 
-    given: ExportInput
+    subject: ExportInput
     files: Mapping[str, str]
 
     def __repr__(self) -> str:
-        return f"Exported({self.given.arm.name!r}, {', '.join(self.files)})"
+        return f"Exported({self.subject.arm.name!r}, {', '.join(self.files)})"
 
     def _repr_html_(self) -> str:
         """The functions and their operations, for a notebook."""
-        rows = [[function.name, function.meaning, str(function.count)] for function in self.given.functions]
+        rows = [[function.name, function.meaning, str(function.count)] for function in self.subject.functions]
         return html_of(repr(self), ["function", "gives", "operations"], rows)
 
     def result(self) -> Result:
         """The functions written and their operations."""
-        subject, joints = self.given, self.given.arm.joints
+        subject, joints = self.subject, self.subject.arm.joints
         content = "exact dynamics" if subject.model is None else f"model of level {subject.model.level}"
         names = zip((joint.name for joint in joints), subject.joints, strict=True)
         renamed = [f"{name} is {word}" for name, word in names if name != word]
@@ -100,7 +100,7 @@ class Exported:
         >>> gravity([0.0, 0.0]).round(2)
         array([24.52,  4.9 ])
         """
-        names = [function.name for function in self.given.functions]
+        names = [function.name for function in self.subject.functions]
         if name not in names:
             raise UsageError(
                 "there is no such function", where="name", expected=", ".join(names), found=in_python(name)
@@ -109,9 +109,9 @@ class Exported:
         if text is None:
             expected, found = "an export to jax, casadi, python or sympy", ", ".join(self.files)
             raise UsageError("nothing exported can be called", expected=expected, found=found)
-        module: dict[str, Any] = {"__name__": self.given.name}
+        module: dict[str, Any] = {"__name__": self.subject.name}
         try:
-            exec(compile(text, f"<{self.given.name}>", "exec"), module)  # our own text, names escaped
+            exec(compile(text, f"<{self.subject.name}>", "exec"), module)  # our own text, names escaped
         except ModuleNotFoundError as error:
             step = f"pip install {error.name}"
             raise UsageError(f"this needs {error.name}, which is not installed", next_step=step) from None
@@ -121,7 +121,7 @@ class Exported:
     def _modules(self) -> set[str]:
         """Names that files with Python modules of functions have."""
         return {
-            f"{self.given.name}{suffix}" for kind in (Jax, Casadi, Python, Sympy) for suffix in kind.files
+            f"{self.subject.name}{suffix}" for kind in (Jax, Casadi, Python, Sympy) for suffix in kind.files
         }
 
     def paths(self, folder: str | Path = ".") -> list[Path]:
@@ -144,7 +144,7 @@ class Exported:
 
 
 def export(
-    given: SimplifiedModel | RobotArm | str | Path,
+    source: SimplifiedModel | RobotArm | str | Path,
     languages: str | Sequence[str],
     *,
     name: str | None = None,
@@ -158,7 +158,7 @@ def export(
 
     Parameters
     ----------
-    given
+    source
         The model; or an arm, its name or its file, for its exact dynamics.
     languages
         One or several of `LANGUAGES`.
@@ -192,12 +192,12 @@ def export(
         if word not in FURTHER:
             expected = ", ".join(FURTHER)
             raise UsageError("there is no such function", where="what", expected=expected, found=word)
-    if isinstance(given, SimplifiedModel):
-        subject = ExportInput.of_model(given, name, certificate)
+    if isinstance(source, SimplifiedModel):
+        export_input = ExportInput.of_model(source, name, certificate)
     else:
-        arm = arm_of(given)
-        subject = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
-    return written(subject.with_functions(what), languages, scalar, tests=tests)
+        arm = arm_of(source)
+        export_input = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
+    return written(export_input.with_functions(what), languages, scalar, tests=tests)
 
 
 def export_decomposition(

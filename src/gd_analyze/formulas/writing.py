@@ -227,10 +227,10 @@ def part_symbol(label: str, effect: str = "both") -> Symbol:
     return Symbol(label[0], label[1:], word="" if label.startswith("c") else _EFFECTS.get(effect, ""))
 
 
-def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
+def parts_formulas(effects: Mapping[str, str], n_joints: int, drives: bool) -> tuple[Formula, ...]:
     """Formulas of all joints' torques with the kept effects of elements; [FGL87] Eq. (3.4-24).
 
-    `kept` is "translation", "rotation", "both" or "nothing" by the element's label; drives have inertia J.
+    `effects` is "translation", "rotation", "both" or "nothing" by the element's label; drives have inertia J.
     """
     out = []
     for i in range(n_joints):
@@ -238,13 +238,13 @@ def parts_formulas(kept: Mapping[str, str], n_joints: int, drives: bool) -> tupl
         pieces: list[Piece] = []
         for j in range(n_joints):
             label = inertia_label(i, j)
-            symbols = [] if kept[label] == "nothing" else [part_symbol(label, kept[label])]
+            symbols = [] if effects[label] == "nothing" else [part_symbol(label, effects[label])]
             symbols += [Symbol("J", index)] if drives and i == j else []
             acceleration = (Power(_joint_symbol("q", j, 2)),)
             pieces += parts.bracketed("inertia", tuple(map(parts.alone, symbols)), acceleration)
         for label, quantity in ((f"h{index}", "coriolis_centrifugal"), (f"c{index}", "gravity_loading")):
-            if kept[label] != "nothing":
-                pieces.append(Piece(parts.alone(part_symbol(label, kept[label])), quantity))
+            if effects[label] != "nothing":
+                pieces.append(Piece(parts.alone(part_symbol(label, effects[label])), quantity))
         out.append(Formula(Symbol("tau", index), tuple(pieces) or NO_PIECES))
     return tuple(out)
 

@@ -63,7 +63,7 @@ class Equation:
 def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
-    wanted = elements_named(elements, n)
+    requested = elements_named(elements, n)
     if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_RUNS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
@@ -73,7 +73,7 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
             next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
             "ROBOT --level element` takes any number of joints",
         )
-    rows = (min(indices) for kind, indices, _ in wanted if kind != "c")
+    rows = (min(indices) for kind, indices, _ in requested if kind != "c")
     return harmonics_behind(arm, min(rows, default=arm.n_joints))
 
 

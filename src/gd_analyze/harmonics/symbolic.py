@@ -244,16 +244,16 @@ class _Source:
 
     def _polynomial(self, harmonics: dict[tuple[int, ...], complex]) -> TrigonometricPolynomial:
         """One polynomial, of each pair m and -m the lexically larger, with both coefficients."""
-        kept: dict[tuple[int, ...], complex] = {}
+        terms: dict[tuple[int, ...], complex] = {}
         for multiples, coefficient in harmonics.items():
             angles = [m for m, revolute in zip(multiples, self._is_revolute, strict=True) if revolute]
             leading = next(filter(None, angles), 0)
             if leading >= 0:
-                kept[multiples] = 2 * coefficient if leading else coefficient
+                terms[multiples] = 2 * coefficient if leading else coefficient
         return TrigonometricPolynomial(
             tuple(map(bool, ~self._is_revolute)),
-            np.array([*kept], dtype=np.int64).reshape(len(kept), len(self._columns)),
-            np.array([[*kept.values()]], dtype=complex),
+            np.array([*terms], dtype=np.int64).reshape(len(terms), len(self._columns)),
+            np.array([[*terms.values()]], dtype=complex),
         )
 
     def compare(

@@ -79,8 +79,8 @@ class Identification:
 
     Parameters
     ----------
-    given, arm
-        The arm as given; and the arm with identified links, drives and friction, and their uncertainty.
+    stated_arm, arm
+        The arm as stated; and the arm with identified links, drives and friction, and their uncertainty.
     logs, held_out, loaded
         Names of fitted logs, of held-out ones (empty: the last third of each), and of those with the payload.
     physical
@@ -108,7 +108,7 @@ class Identification:
         Factor on all torques that a known payload gave, and its standard error; None without one.
     """
 
-    given: RobotArm
+    stated_arm: RobotArm
     arm: RobotArm
     logs: tuple[str, ...]
     held_out: tuple[str, ...]
@@ -128,11 +128,11 @@ class Identification:
 
     def __repr__(self) -> str:
         count, of = sum(parameter.identifiable for parameter in self.parameters), len(self.parameters)
-        return f"Identification({self.given.name!r}, {count} of {of} base parameters identifiable)"
+        return f"Identification({self.stated_arm.name!r}, {count} of {of} base parameters identifiable)"
 
     def _repr_html_(self) -> str:
         """Residual torques of file and identified arm by joint, for a notebook."""
-        pairs = zip(self.given.joints, self.residuals, strict=True)
+        pairs = zip(self.stated_arm.joints, self.residuals, strict=True)
         rows = [
             [
                 joint_name(i, joint.name),
@@ -145,13 +145,13 @@ class Identification:
             for i, (joint, residuals) in enumerate(pairs, start=1)
         ]
         headings = ["joint", "RMS torque", "file", "file with friction", "identified"]
-        title = f"{self.given.title or self.given.name} identified from {', '.join(self.logs)}"
+        title = f"{self.stated_arm.title or self.stated_arm.name} identified from {', '.join(self.logs)}"
         return html_of(title, headings, rows, f"RMS residuals over the RMS torque. {self!r}")
 
     @property
     def start(self) -> str:
         """Where links begin that logs do not tell: the file, or rods if it states no masses."""
-        return start_of(self.given)
+        return start_of(self.stated_arm)
 
     @cached_property
     def silent(self) -> tuple[int, ...]:

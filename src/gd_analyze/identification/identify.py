@@ -275,7 +275,7 @@ def _identified(
     for text in doubts:
         warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(
-        given=arm,
+        stated_arm=arm,
         arm=replace(identified, doubts=(*identified.doubts, *doubts)),
         logs=tuple(motion.name for motion in fitted),
         held_out=tuple(motion.name for motion in held_out_motions),

@@ -57,9 +57,9 @@ class Margin:
                 )
 
     @classmethod
-    def of(cls, given: Margin | str | None) -> Margin:
+    def of(cls, margin: Margin | str | None) -> Margin:
         """Margin from its text, itself, or the default."""
-        return cls.parse(given) if isinstance(given, str) else given or cls()
+        return cls.parse(margin) if isinstance(margin, str) else margin or cls()
 
     @classmethod
     def parse(cls, text: str) -> Margin:

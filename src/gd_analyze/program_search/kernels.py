@@ -650,7 +650,7 @@ def _alike(
     degree: Any,
     weights: Any,
     target: Any,
-    wanted: int,
+    required: int,
     avoid: int,
     most_draws: float,
 ) -> int:
@@ -659,7 +659,7 @@ def _alike(
     draws = 1 + int(most_draws * rng.random() ** 3)
     for _ in range(draws):
         place = rng.integers(1, current.length[0])
-        if degree[place] != wanted or place == avoid:
+        if degree[place] != required or place == avoid:
             continue
         square = _dot(weights, values[place], values[place])
         if square > 0.0:
@@ -676,17 +676,17 @@ def _replace(
 ) -> bool:
     """Replace a step, or one use of it, by something simpler that is alike where it matters."""
     place = rng.integers(first, current.length[0])
-    values, wanted = memory.values, degree[place]
+    values, required = memory.values, degree[place]
     weights, node_values, remainder = memory.chord.consequence[place], values[place], memory.remainder
     count, before = weights.size, nodes.length[0]
     whole = _dot(weights, node_values, node_values)
     most = _HOPELESS * count
     choice = rng.random()
     if choice < 0.08:
-        if whole > most or wanted == 1:
+        if whole > most or required == 1:
             return False
         reference = ZERO
-        if wanted == 0:
+        if required == 0:
             total, mean = 0.0, 0.0
             for s in range(count):
                 mean += weights[s] * node_values[s]
@@ -696,7 +696,7 @@ def _replace(
             return False
         _put(rng, nodes, before, place, reference, rng.random() < 0.6, first)
         return True
-    x = _alike(rng, current, values, degree, weights, node_values, wanted, place, draws)
+    x = _alike(rng, current, values, degree, weights, node_values, required, place, draws)
     if x < 0:
         return False
     xx, kx = _dot(weights, values[x], values[x]), _dot(weights, node_values, values[x])
@@ -710,7 +710,7 @@ def _replace(
     else:
         for s in range(count):
             remainder[s] = node_values[s] - number * values[x, s]
-        y = _alike(rng, current, values, degree, weights, remainder, wanted, place, draws)
+        y = _alike(rng, current, values, degree, weights, remainder, required, place, draws)
         if y < 0 or y == x:
             return False
         yy, xy = _dot(weights, values[y], values[y]), _dot(weights, values[x], values[y])
@@ -776,11 +776,11 @@ def _drop(rng: Any, nodes: Nodes, current: Nodes, memory: Memory, degree: Any, f
 
 
 @_inner
-def _partner(rng: Any, current: Nodes, degree: Any, wanted: int) -> int:
+def _partner(rng: Any, current: Nodes, degree: Any, required: int) -> int:
     """A random node of a degree; -1 if chance finds none."""
     for _ in range(12):
         place = rng.integers(1, current.length[0])
-        if degree[place] == wanted:
+        if degree[place] == required:
             return place
     return -1
 

@@ -168,10 +168,10 @@ class RobotArm:
         """Whether each joint is revolute."""
         return tuple(joint.kind == "revolute" for joint in self.joints)
 
-    def limits(self, what: Limit) -> FloatArray:
+    def limits(self, limit: Limit) -> FloatArray:
         """One limit of every joint, shape (n,); infinite (minus infinite for "lower") where unknown."""
-        unknown = -np.inf if what == "lower" else np.inf
-        values = [getattr(joint, what) for joint in self.joints]
+        unknown = -np.inf if limit == "lower" else np.inf
+        values = [getattr(joint, limit) for joint in self.joints]
         return np.array([unknown if value is None else value for value in values])
 
     @property

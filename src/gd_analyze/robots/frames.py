@@ -176,13 +176,13 @@ def straight(rotation: FloatArray, tolerance: float = _ROUND_OFF) -> FloatArray:
     The rows with the most zeros come first, so that no zero is lost to those that follow.
     """
     out = np.where(np.abs(rotation) <= tolerance, 0.0, rotation)
-    done: list[FloatArray] = []
+    fixed: list[FloatArray] = []
     for i in np.argsort(np.count_nonzero(out, axis=1), kind="stable"):
-        for row in done:
+        for row in fixed:
             out[i] -= (out[i] @ row) * row
         out[i][np.abs(out[i]) <= tolerance] = 0.0
         out[i] /= np.linalg.norm(out[i])
-        done.append(out[i])
+        fixed.append(out[i])
     return out
 
 

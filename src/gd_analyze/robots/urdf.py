@@ -50,13 +50,13 @@ def _refuse_undeclared_links(links: list[Node], joints: list[Node]) -> None:
     """Refuse a joint between links that are not all in the file."""
     names = [node.attributes["name"] for node in links]
     for joint in joints:
-        for which in ("parent", "child"):
-            link = _end(joint, which)
+        for end in ("parent", "child"):
+            link = _end(joint, end)
             if link and link not in names:
                 near = difflib.get_close_matches(link, names, n=1, cutoff=0.8)
                 hint = f"name {near[0]}, or add" if near else "add"
                 name = joint.attributes["name"]
-                message = f"the {which} of joint {name} is a link that the file does not declare"
+                message = f"the {end} of joint {name} is a link that the file does not declare"
                 next_step = f'{hint} <link name="{escape(link)}"/>'
                 raise ArmError(message, where=joint.where, found=repr(link), next_step=next_step)
 
@@ -98,9 +98,9 @@ def _refuse_loops(joints: list[Node], notes: Notes) -> None:
         raise ArmError(message, where=leads[link].where, next_step=next_step) from None
 
 
-def _end(joint: Node, which: str) -> str:
+def _end(joint: Node, end: str) -> str:
     """Parent or child link of a joint; "" if it has none, which Pinocchio refuses."""
-    node = joint.first(which)
+    node = joint.first(end)
     return "" if node is None else node.attributes.get("link", "")
 
 

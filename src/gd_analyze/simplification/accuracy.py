@@ -225,5 +225,5 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
         is_open &= ~wider
     if not clauses:
         return ""
-    wanted = Budget(tuple(entries[:1] if len(set(entries)) == 1 else entries))
-    return f'Budget {" and ".join(clauses)}; --budget "{wanted}" accounts for it.'
+    advised = Budget(tuple(entries[:1] if len(set(entries)) == 1 else entries))
+    return f'Budget {" and ".join(clauses)}; --budget "{advised}" accounts for it.'

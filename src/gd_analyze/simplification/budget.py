@@ -156,16 +156,16 @@ class Budget:
         return cls(tuple(entries), option=option)
 
     @classmethod
-    def of(cls, given: Self | str | None) -> Self:
+    def of(cls, budget: Self | str | None) -> Self:
         """Take a Budget, its text, or None for 1 %."""
-        if given is None:
+        if budget is None:
             return cls()
-        if isinstance(given, str):
-            return cls.parse(given)
-        if isinstance(given, cls):
-            return given
+        if isinstance(budget, str):
+            return cls.parse(budget)
+        if isinstance(budget, cls):
+            return budget
         expected = 'a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"'
-        raise UsageError("this is not a budget", where="budget", expected=expected, found=in_python(given))
+        raise UsageError("this is not a budget", where="budget", expected=expected, found=in_python(budget))
 
     @classmethod
     def of_torques(cls, amounts: Iterable[float]) -> Self:

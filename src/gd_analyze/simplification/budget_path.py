@@ -78,7 +78,7 @@ def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[flo
     for smallest in _SMALLEST:
         with suppress(TooManyTermsError):
             candidates = candidates_of(
-                thinned, model.level, smallest * model.accuracy.allowed, also=model.terms
+                thinned, model.level, smallest * model.accuracy.allowed, included=model.terms
             )
             if len(candidates) <= max(MANY, len(model.terms)):
                 break

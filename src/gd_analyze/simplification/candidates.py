@@ -100,11 +100,11 @@ def candidates_of(
     allowed: FloatArray,
     *,
     sine_price: int = SINE_PRICE,
-    also: Terms = MappingProxyType({}),
+    included: Terms = MappingProxyType({}),
 ) -> Candidates:
     """Make the candidates of a level at states, with the allowed error of each joint, N m, shape (n,).
 
-    Terms of `also` are candidates, however small.
+    Terms of `included` are candidates, however small.
 
     Raises
     ------
@@ -124,7 +124,7 @@ def candidates_of(
     stays = np.array([term in needed for term in listed], dtype=bool)
     remaining, base = np.arange(len(listed)), np.zeros((exact.arm.n_joints, len(exact.states)))
     if len(listed) > MANY:
-        weighed = stays | np.array([term in also for term in listed], dtype=bool)
+        weighed = stays | np.array([term in included for term in listed], dtype=bool)
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _MOST:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"

@@ -67,28 +67,28 @@ def program_name(key: Any) -> str:
 
 
 @lru_cache(maxsize=256)
-def kept_program(wanted: Task) -> Program:
+def kept_program(task: Task) -> Program:
     """Return a program as shipped, from the cache, or newly written; the last two are equal."""
-    for stored in (wanted.shipped, kept(wanted.name)):
+    for stored in (task.shipped, kept(task.name)):
         with suppress(Exception):  # an entry may hold anything, and then the program is written anew
-            program = _read(stored, wanted)
-            if wanted.is_right(program):
+            program = _read(stored, task)
+            if task.is_right(program):
                 return program
-    values = plain_program(wanted.write())
-    keep(wanted.name, values)
-    return _read(values, wanted)
+    values = plain_program(task.write())
+    keep(task.name, values)
+    return _read(values, task)
 
 
-def _read(values: Any, wanted: Task) -> Program:
+def _read(values: Any, task: Task) -> Program:
     """A program from plain values; an exception for any other values."""
-    inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(wanted.n_joints)}
+    inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(task.n_joints)}
     steps, outputs = values
     for cell in chain(outputs, *steps):
         if type(cell) not in (str, float, int):  # of JSON, true is not 1
             raise TypeError(f"{cell!r} is neither a name nor a number")
     program = read_back(steps, outputs, inputs)
-    if len(program.outputs) != wanted.n_joints:
-        raise ValueError(f"{len(program.outputs)} outputs of {wanted.n_joints} joints")
+    if len(program.outputs) != task.n_joints:
+        raise ValueError(f"{len(program.outputs)} outputs of {task.n_joints} joints")
     return program
 
 

@@ -306,7 +306,10 @@ class ExactDynamics:
 
     @classmethod
     def of(
-        cls, arm: RobotArm | str | Path, given: States | GivenMotions | xr.Dataset, drives: bool | None = None
+        cls,
+        arm: RobotArm | str | Path,
+        motion_or_states: States | GivenMotions | xr.Dataset,
+        drives: bool | None = None,
     ) -> ExactDynamics:
         """Take states, the set points of a trajectory or of several, or a decomposition.
 
@@ -314,23 +317,25 @@ class ExactDynamics:
         trajectories may be shipped names, or paths of files. ArmError if D is not positive definite.
         """
         arm = arm_of(arm)
-        if isinstance(given, Trajectory | str | Path | Sequence):
-            given = states_of(trajectory_of(given, arm))
-        if isinstance(given, States):
-            exact = cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, given))
+        if isinstance(motion_or_states, Trajectory | str | Path | Sequence):
+            motion_or_states = states_of(trajectory_of(motion_or_states, arm))
+        if isinstance(motion_or_states, States):
+            exact = cls(ExactForm(arm, arm.counts_drives(drives)), states_for(arm, motion_or_states))
         else:
-            require_dataset(given)
-            described = {name: given.attrs[name] for name in ("trajectory", "trajectory_fingerprint")}
-            described["set_points"] = given.attrs.get("set_points", given.sizes["time"])
-            motions = motions_in(given)
+            require_dataset(motion_or_states)
+            described = {
+                name: motion_or_states.attrs[name] for name in ("trajectory", "trajectory_fingerprint")
+            }
+            described["set_points"] = motion_or_states.attrs.get("set_points", motion_or_states.sizes["time"])
+            motions = motions_in(motion_or_states)
             if motions:
                 described["motions"] = listed(motions)
-            q, qd, qdd = (given[name].values for name in ("q", "qd", "qdd"))
+            q, qd, qdd = (motion_or_states[name].values for name in ("q", "qd", "qdd"))
             states = states_for(arm, States(q, qd, qdd, described, motions))
-            has_drives = "drive_torque" in given
+            has_drives = "drive_torque" in motion_or_states
             as_given = drives in (None, has_drives)
             form = ExactForm(arm, has_drives if as_given else bool(drives))
-            exact = cls(form, states, given if as_given else None)
+            exact = cls(form, states, motion_or_states if as_given else None)
         require_positive_definite(exact.arm, exact.states, exact.form.drives)
         return exact
 

@@ -47,7 +47,7 @@ class FastSearch:
         self,
         exact: ExactDynamics,
         allowed: FloatArray,
-        how: SearchOptions,
+        options: SearchOptions,
         settings: FastSettings = USUAL_FAST,
         *,
         progress: Callable[[int], None] | None = None,
@@ -59,10 +59,10 @@ class FastSearch:
         from gd_analyze.program_search.kernels import SearchSettings
         from gd_analyze.program_search.layout import Layout
 
-        self.exact, self.allowed, self.how, self.settings = exact, allowed, how, settings
+        self.exact, self.allowed, self.options, self.settings = exact, allowed, options, settings
         self.stopped = ""  # why the searches ended early: "after 20 s", "on request"
         self._progress = progress
-        self._layout = Layout.of(exact.form.program, how.sine_price)
+        self._layout = Layout.of(exact.form.program, options.sine_price)
         pool = search.Pool(self._layout, *self._known(exact))
         self._search = search.ProgramSearch(self._layout, pool, SearchSettings(limit=settings.limit))
         self._share = np.ones(len(allowed))
@@ -86,7 +86,7 @@ class FastSearch:
         start = self._layout.exact if begins else self._best
         is_short = bool(self.stopped) or turn < self.settings.scouts
         usual = self.settings.few if is_short else self.settings.tries
-        tries = max(round(usual * self.how.effort), 1)
+        tries = max(round(usual * self.options.effort), 1)
         self._last = start
         try:
             self._last = self._search.run(start, tries, turn, self._goes_on)
@@ -101,7 +101,7 @@ class FastSearch:
         if self._progress is not None and least < self._least:
             self._progress(round(self._least - least))
             self._least = least
-        seconds = self.how.within
+        seconds = self.options.within
         if not self.stopped and seconds is not None and time.monotonic() - self._begin > seconds:
             self.stopped = f"after {seconds:g} s"
             return False
@@ -134,13 +134,13 @@ def fast_model(
     exact: ExactDynamics,
     allowed: FloatArray,
     stated: str,
-    how: SearchOptions,
+    options: SearchOptions,
     *,
     progress: Callable[[int], None] | None = None,
     stage: Callable[[str], object] = lambda _: None,
 ) -> SimplifiedModel:
     """The shortest program found that keeps its budget at given states."""
-    search = FastSearch(exact, allowed, how, progress=progress, stage=stage)
+    search = FastSearch(exact, allowed, options, progress=progress, stage=stage)
     best = exact.form.program
     for turn in range(search.settings.searches):
         program = search.program(turn)

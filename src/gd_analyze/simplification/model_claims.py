@@ -88,21 +88,21 @@ def require_terms_computed(model: SimplifiedModel) -> None:
                 next_step=WRITE_AGAIN,
             )
         return
-    again = model.level.write(model.form, model.terms, ROUGH)
-    if plain_program(again) == plain_program(model.program):
+    rewritten = model.level.write(model.form, model.terms, ROUGH)
+    if plain_program(rewritten) == plain_program(model.program):
         return
     sliding, unit = [not turns for turns in model.arm.is_revolute], np.ones(n)
     try:
-        wanted, runs = expanded(again, sliding), expanded(model.program, sliding)
-        sizes = np.array([float(np.abs(row.coefficients).sum()) for row in wanted.rows])
-        noise = wanted.round_off(unit, unit, unit) + runs.round_off(unit, unit, unit)
-        rows = zip(wanted.rows, runs.rows, strict=True)
+        stated, runs = expanded(rewritten, sliding), expanded(model.program, sliding)
+        sizes = np.array([float(np.abs(row.coefficients).sum()) for row in stated.rows])
+        noise = stated.round_off(unit, unit, unit) + runs.round_off(unit, unit, unit)
+        rows = zip(stated.rows, runs.rows, strict=True)
         polynomials = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
         differences = np.array([float(np.abs(difference).max(initial=0.0)) for difference in polynomials])
         same = _SAME
     except TooLongError:  # compared at random states
         noise, same = np.zeros(n), _SAMPLED
-        differences, sizes = largest_difference(model.program, again, model.arm.is_revolute, same)
+        differences, sizes = largest_difference(model.program, rewritten, model.arm.is_revolute, same)
     # Nor may it cancel so much that a term could hide in its rounding.
     fits = (differences <= same * sizes + noise) & (noise <= same * sizes.max())
     if not fits.all():
@@ -258,14 +258,14 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     if stated_gamma is not None and stated_gamma < gamma - slack:
         expected = f"at least {gamma:.6g}, as measured at {states.in_words}"
         raise _impossible("gamma", expected, f"{stated_gamma:.6g}")
-    again = replace(
+    remeasured = replace(
         accuracy,
         measured=True,
         uncertainty=exact.uncertainty,
         norms=exact.norms_of(torque),
         gamma=gamma if stated_gamma is None else stated_gamma,
     )
-    return model.stating(again)
+    return model.stating(remeasured)
 
 
 def _require(

@@ -51,7 +51,7 @@ class ModelTorque:
 
 
 def model_torque(
-    model: SimplifiedModel, given: States | GivenMotions | xr.Dataset, arm: RobotArm | None = None
+    model: SimplifiedModel, states: States | GivenMotions | xr.Dataset, arm: RobotArm | None = None
 ) -> ModelTorque:
     """Compute a model's torque at states, and its error.
 
@@ -59,7 +59,7 @@ def model_torque(
     ----------
     model
         The simplified model.
-    given
+    states
         Any trajectory of the model's arm, or its shipped name or path; its decomposition; or any states, such
         as those of `states_in_box`.
     arm
@@ -82,13 +82,13 @@ def model_torque(
     """
     reference = model.arm if arm is None else arm
     require_arm(model, reference)
-    if not isinstance(given, States | Trajectory | str | Path | Sequence):
-        require_dataset(given)
+    if not isinstance(states, States | Trajectory | str | Path | Sequence):
+        require_dataset(states)
         for name, value in {"arm_fingerprint": fingerprint(reference), "drives": int(model.drives)}.items():
-            if given.attrs[name] != value:
+            if states.attrs[name] != value:
                 message = "the decomposition is of another arm, or treats drives differently from the model"
-                raise ModelError(message, where=name, expected=str(value), found=str(given.attrs[name]))
-    exact = ExactDynamics.of(reference, given, model.drives)
+                raise ModelError(message, where=name, expected=str(value), found=str(states.attrs[name]))
+    exact = ExactDynamics.of(reference, states, model.drives)
     _ = exact.torque  # first: its error for states of another arm is the clearest
     torque = model.torque(*exact.states.arrays)
     return ModelTorque(exact, torque, exact.errors_of(torque), exact.norms_of(torque))

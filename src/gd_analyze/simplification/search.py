@@ -44,16 +44,16 @@ def selected_terms(
     exact: ExactDynamics,
     level: CandidateLevel,
     allowed: FloatArray,
-    how: SearchOptions,
+    options: SearchOptions,
     progress: TermProgress = None,
 ) -> Found:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
     A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
     """
-    start = how.selections[-1] if how.selections else None
-    candidates = candidates_of(exact, level, allowed, sine_price=how.sine_price, also=start or {})
-    settings = USUAL_SELECTION.scaled(how.effort)
+    start = options.selections[-1] if options.selections else None
+    candidates = candidates_of(exact, level, allowed, sine_price=options.sine_price, included=start or {})
+    settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
     repair(selection, settings)
     descend(selection, candidates.stays, settings)
@@ -62,24 +62,24 @@ def selected_terms(
     usable = _with_usable_inertia(candidates, selection, inertia, exact, settings)
     if usable is not None:
         candidates, selection = usable
-    if how.thorough:
+    if options.thorough:
         selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
         shorter = settings.scaled(_AFTER_D)
-        again = _with_usable_inertia(candidates, selection, inertia, exact, settings, improving=shorter)
-        if usable is not None and again is not None:
-            candidates, selection = again
+        improved = _with_usable_inertia(candidates, selection, inertia, exact, settings, improving=shorter)
+        if usable is not None and improved is not None:
+            candidates, selection = improved
         steps.append(SearchStep("search", _operations(candidates, selection)))
     terms, is_refitted = candidates.chosen(selection.selected), False
-    if how.refit:
+    if options.refit:
         fitted = refitted(candidates, selection.selected, candidates.stays)
         if fitted is not None:
             terms, is_refitted = candidates.chosen(*fitted), True
             steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
     if progress is not None:
         progress(candidates.total - len(terms))
-    if how.selections is not None:
-        how.selections.append(terms)
-    program = candidates.write(terms, how.writing)
+    if options.selections is not None:
+        options.selections.append(terms)
+    program = candidates.write(terms, options.writing)
     return Found(terms, program, is_refitted, tuple(steps))
 
 

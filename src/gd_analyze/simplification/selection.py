@@ -172,8 +172,8 @@ def descend(
         np.multiply(trial, trial, out=trial)
         first = np.searchsorted(effects.term[rows], terms)
         fits = np.maximum.reduceat(trial.max(axis=1), first) <= limit**2
-        now = _fourth_power(selection.error**2).sum(axis=1)
-        rise = np.add.reduceat(_fourth_power(trial).sum(axis=1) - now[effects.joint[rows]], first)
+        current = _fourth_power(selection.error**2).sum(axis=1)
+        rise = np.add.reduceat(_fourth_power(trial).sum(axis=1) - current[effects.joint[rows]], first)
         # A term that does not fit now may fit later, but seldom does: attempts put others back.
         open_[terms[~fits]] = False
         terms, rise = terms[fits], rise[fits]

@@ -45,7 +45,7 @@ _USUAL = SearchOptions()
 def simplify_exact(
     exact: ExactDynamics,
     budget: Budget | str | None = None,
-    how: SearchOptions = _USUAL,
+    options: SearchOptions = _USUAL,
     *,
     provenance: Mapping[str, str] | None = None,
     progress: TermProgress = None,
@@ -56,30 +56,30 @@ def simplify_exact(
     `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
     `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
     """
-    if how.level is ELEMENT:
-        if budget is not None or how.operations is not None:
-            require_no_budget(how.level, f"budget {budget}, operations {how.operations}")
+    if options.level is ELEMENT:
+        if budget is not None or options.operations is not None:
+            require_no_budget(options.level, f"budget {budget}, operations {options.operations}")
         return replace(with_gamma(exact, model_by_verdicts(exact)), provenance=dict(provenance or {}))
     budget = Budget.of(budget)
     exact = exact.under(budget)
-    if how.level.is_program:
-        fast = fast_model(exact, exact.allowed(budget), str(budget), how, progress=progress, stage=stage)
+    if options.level.is_program:
+        fast = fast_model(exact, exact.allowed(budget), str(budget), options, progress=progress, stage=stage)
         return replace(fast, provenance=dict(provenance or {}))
-    stage(f"searching at level {how.level}")
-    model = with_gamma(exact, _at_level(exact, budget, how, progress))
+    stage(f"searching at level {options.level}")
+    model = with_gamma(exact, _at_level(exact, budget, options, progress))
     return replace(model, provenance=dict(provenance or {}))
 
 
 def _at_level(
-    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: TermProgress
+    exact: ExactDynamics, budget: Budget, options: SearchOptions, progress: TermProgress
 ) -> SimplifiedModel:
     """Simplify at a level within a budget, or scale the budget until the model has few enough operations.
 
     A quick count estimates the factor; full searches then refine it.
     """
-    operations, level = how.operations, how.level
+    operations, level = options.operations, options.level
     if operations is None:
-        return _within(exact, budget, how, progress)
+        return _within(exact, budget, options, progress)
     allowed = exact.allowed(budget)
     if operations >= exact.form.operations.total:
         return exactly(exact, level, allowed, str(budget))
@@ -101,13 +101,13 @@ def _at_level(
     while upper / lower > _CLOSE:
         middle = (lower * upper) ** 0.5
         lower, upper = (middle, upper) if quick(middle) > operations else (lower, middle)
-    best = _within(exact, budget.scaled(upper), how, progress)
+    best = _within(exact, budget.scaled(upper), options, progress)
     while best.operations.total > operations:
         upper *= _WIDER
-        best = _within(exact, budget.scaled(upper), how, progress)
+        best = _within(exact, budget.scaled(upper), options, progress)
     step = 0.8
     for _ in range(_REFINEMENTS):
-        trial = _within(exact, budget.scaled(upper * step), how)
+        trial = _within(exact, budget.scaled(upper * step), options)
         if trial.operations.total <= operations:
             best, upper = trial, upper * step
         else:
@@ -116,23 +116,23 @@ def _at_level(
 
 
 def _within(
-    exact: ExactDynamics, budget: Budget, how: SearchOptions, progress: TermProgress = None
+    exact: ExactDynamics, budget: Budget, options: SearchOptions, progress: TermProgress = None
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
-    allowed, level = exact.allowed(budget), how.level
+    allowed, level = exact.allowed(budget), options.level
     assert isinstance(level, CandidateLevel)
-    how = replace(how, selections=[] if how.selections is None else how.selections)
+    options = replace(options, selections=[] if options.selections is None else options.selections)
     # A sample represents very many states. The worst of all states join it while they exceed the budget. The
     # margin shrinks each time, so that the loop ends.
     sample, margin = exact.thinned(_STATES), 1.0
     while True:
         most = margin * allowed
-        outcome = selected_terms(sample, level, most, how, progress)
+        outcome = selected_terms(sample, level, most, options, progress)
         model = exactly(sample, level, most, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
-        model = with_rewriting(model) if how.writing is THOROUGH else model
-        model = model if how.dearer else no_dearer(sample, model)
+        model = with_rewriting(model) if options.writing is THOROUGH else model
+        model = model if options.dearer else no_dearer(sample, model)
         if sample is exact:
             break
         torque = model.torque(*exact.states.arrays)
@@ -153,7 +153,7 @@ def _within(
         )
     if model.refitted and margin < 1.0:
         # A refit errs more at the states left out; keeping the budget there may cost more than it saves.
-        without = _within(exact, budget, replace(how, refit=False, selections=None), progress)
+        without = _within(exact, budget, replace(options, refit=False, selections=None), progress)
         if without.operations_minimized.total <= model.operations_minimized.total:
             return without
     return model

@@ -74,7 +74,7 @@ class TermRanking:
 
 @one_thread()
 def rank_terms(
-    exact: ExactDynamics, level: CandidateLevel = TERM, *, also: Sequence[Terms] = ()
+    exact: ExactDynamics, level: CandidateLevel = TERM, *, included: Sequence[Terms] = ()
 ) -> TermRanking:
     """Rank the terms of an arm's dynamics by their torque at given states.
 
@@ -88,7 +88,7 @@ def rank_terms(
         Exact dynamics at the states.
     level
         A level of harmonic terms: of the torques or of the energies.
-    also
+    included
         Terms that are ranked however small they are; of very many others the largest are.
 
     Returns
@@ -109,8 +109,8 @@ def rank_terms(
         return TermRanking(unlisted=len(all_terms))
     whole = exact.allowed(_WHOLE)
     torques = level.term_torques(exact.form, all_terms)
-    wanted = {term for terms in also for term in terms}
-    needed = np.array([term in wanted for term in all_terms], dtype=bool)
+    included_terms = {term for terms in included for term in terms}
+    needed = np.array([term in included_terms for term in all_terms], dtype=bool)
     chosen, unlisted_error = largest_terms(torques, exact.states, whole, MANY, needed)
     effects = torques.at(exact.states, chosen).over(whole).dense()
     order = _order_of_elimination(effects)

@@ -34,15 +34,15 @@ def torque_of_parameters(model: SimplifiedModel, base: BaseParameters) -> Progra
     if level is None:
         raise _refused(model, f"level {model.level.name}")
     energies = energy_terms_of_parameters(model.form.harmonics, base)
-    own: Mapping[Any, FloatArray] = energies
+    weights: Mapping[Any, FloatArray] = energies
     if not all(isinstance(term, EnergyTerm) for term in model.terms):
         velocities = model.form.velocities
-        own = summed_per_unit(
+        weights = summed_per_unit(
             (per_unit, torques_of(energy, velocities)) for energy, per_unit in energies.items()
         )
-    if not model.terms.keys() <= own.keys():
+    if not model.terms.keys() <= weights.keys():
         raise _refused(model, "a term that its geometry has not")
-    of_terms = {term: own[term] for term in model.terms}
+    of_terms = {term: weights[term] for term in model.terms}
     numbers = np.array([parameter.number for parameter in base])
     for term, weight in model.terms.items():
         size = np.abs(of_terms[term]) @ np.abs(numbers)

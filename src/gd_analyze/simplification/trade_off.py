@@ -96,9 +96,9 @@ def trade_off(
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)
-            how = SearchOptions(level, refit, thorough=thorough, writing=THOROUGH if thorough else POINT)
+            options = SearchOptions(level, refit, thorough=thorough, writing=THOROUGH if thorough else POINT)
             try:
-                model = simplify_exact(exact, scaled, how)
+                model = simplify_exact(exact, scaled, options)
             except TooManyTermsError:  # so many that any model costs more than the exact torque
                 model = best
             best = min(best, model, key=lambda candidate: candidate.operations.total)

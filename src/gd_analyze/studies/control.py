@@ -266,8 +266,8 @@ def _world(model: SimplifiedModel, arm: RobotArm, motion: Trajectory, settings: 
     """Inputs that all loops share; refuses an arm that cannot be simulated."""
     if settings.friction and not arm.drives:
         where, step = f"arm {arm.name}", "leave friction out, or add [[drives]] to the arm file"
-        message, wanted = f"{where} describes no friction", "drives with their friction"
-        raise ArmError(message, where=where, expected=wanted, next_step=step)
+        message, expected = f"{where} describes no friction", "drives with their friction"
+        raise ArmError(message, where=where, expected=expected, next_step=step)
     along = ExactDynamics.of(arm, motion, model.drives)  # which refuses a D that is not positive definite
     reference, exact = Reference.of(motion), model.form.program
     limits = np.full(arm.n_joints, np.inf)

@@ -116,8 +116,8 @@ class Tolerance:
     def __post_init__(self) -> None:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
-                message, wanted = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
-                raise UsageError(message, where="tolerance", expected=wanted, found=f"{value:g}")
+                message, expected = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
+                raise UsageError(message, where="tolerance", expected=expected, found=f"{value:g}")
 
     @classmethod
     def parse(cls, text: str, where: str = "--within") -> Tolerance:
@@ -151,11 +151,11 @@ class Tolerance:
         """Raise a UsageError if an arm has no joint of a kind for which the tolerance is stated."""
         if self.stated and set(self.stated).isdisjoint(joint.kind for joint in arm.joints):
             kind, motion = ("a length", "turns") if "prismatic" in self.stated else ("an angle", "slides")
-            wanted = "0.1deg" if motion == "turns" else "1mm"
+            example = "0.1deg" if motion == "turns" else "1mm"
             raise UsageError(
                 "the tolerance applies to no joint",
                 where=self.where,
-                expected=f"such as {wanted}: every joint {motion}",
+                expected=f"such as {example}: every joint {motion}",
                 found=kind,
             )
 
@@ -213,13 +213,13 @@ class ControlSettings:
         ):
             for value in values:
                 if not low <= value <= high:
-                    message, wanted = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
-                    raise UsageError(message, where=name, expected=wanted.rstrip(), found=f"{value:g}")
+                    message, expected = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
+                    raise UsageError(message, where=name, expected=expected.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
-                message, wanted = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
+                message, expected = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
                 numbers = ", ".join(f"{value:g}" for value in values) or "none"
-                raise UsageError(message, where=name, expected=wanted, found=numbers)
+                raise UsageError(message, where=name, expected=expected, found=numbers)
         if min(self.rates) < self.bandwidth:
             raise UsageError(
                 "the loop is too slow for its bandwidth: it cannot be stable",

@@ -243,7 +243,7 @@ class Evaluation:
 @one_thread()
 def evaluate(
     model: SimplifiedModel,
-    given: States | GivenMotions | xr.Dataset,
+    states: States | GivenMotions | xr.Dataset,
     arm: RobotArm | None = None,
     *,
     fail_over: Budget | str | None = "stated",
@@ -257,7 +257,7 @@ def evaluate(
     ----------
     model
         The simplified model.
-    given
+    states
         Motions of its arm, each with its own verdict: trajectories, shipped names, paths of files or folders;
         or a decomposition; or any states, such as those of `states_in_box`. Torques recorded in a motion are
         compared with exact and simplified ones.
@@ -307,13 +307,13 @@ def evaluate(
     if strict and limit is None:
         raise UsageError("--strict needs a verdict", where="--strict", next_step="give --fail-over")
     trajectories: list[Trajectory | None] = [None]
-    if isinstance(given, Trajectory | str | Path | Sequence):
-        trajectories = [*motions_of(given, arm)]
+    if isinstance(states, Trajectory | str | Path | Sequence):
+        trajectories = [*motions_of(states, arm)]
     for trajectory in trajectories:
         if trajectory is not None:
             require_trajectory_joints(trajectory, arm)
     computed_torques = [
-        (trajectory, model_torque(model, given if trajectory is None else trajectory, arm))
+        (trajectory, model_torque(model, states if trajectory is None else trajectory, arm))
         for trajectory in trajectories
     ]
     peaks = np.max([computed.errors.peak_torque for _, computed in computed_torques], axis=0)

@@ -84,7 +84,7 @@ def identification_result(
 ) -> Result:
     """Facts, tables and drawings."""
     arm, identifiable = (
-        identification.given,
+        identification.stated_arm,
         [parameter for parameter in identification.parameters if parameter.identifiable],
     )
     held_out = f"held out: {', '.join(identification.held_out) or 'the last third of each'}"
@@ -162,7 +162,7 @@ def _headline(identification: Identification, answer: Supported | None) -> str:
         f"(joint {worst + 1}); there the {identification.start} {verb} by "
         f"{percent(residuals.share('file'))}, with friction {percent(residuals.share('friction'))}."
     )
-    n = identification.given.n_joints
+    n = identification.stated_arm.n_joints
     if len(identification.kept) == n:
         text = (
             "The logs do not improve the file's links at any joint: its values stay, with fitted friction. "
@@ -192,7 +192,7 @@ def _notices(identification: Identification) -> Iterator[str]:
             "beside those of the file. A known mass (--mass) calibrates it."
         )
     if identification.silent:
-        still_joints = named_joints(identification.silent, identification.given.n_joints)
+        still_joints = named_joints(identification.silent, identification.stated_arm.n_joints)
         yield f"{still_joints} does not move: its friction is not identifiable."
     unidentifiable = ", ".join(
         parameter.symbol for parameter in identification.parameters if not parameter.identifiable
@@ -203,7 +203,7 @@ def _notices(identification: Identification) -> Iterator[str]:
             f"the {identification.start}: {unidentifiable}. "
             "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
         )
-    if not identification.given.mass.any():
+    if not identification.stated_arm.mass.any():
         yield "The file states no masses: links begin as uniform rods of invented density."
     ratio = {
         i + 1: residuals.rms("identified") / residuals.rms("friction")
@@ -213,13 +213,14 @@ def _notices(identification: Identification) -> Iterator[str]:
     worse = [joint for joint, value in ratio.items() if value > _CLEARLY]
     if worse:
         yield (
-            f"At {named_joints(worse, identification.given.n_joints)} the {identification.start} with "
+            f"At {named_joints(worse, identification.stated_arm.n_joints)} the {identification.start} with "
             "friction predicts better: the logs tell less there than the standard errors suggest."
         )
     rough = [i + 1 for i, share in enumerate(identification.estimate.correlated) if share > _CORRELATED]
     if rough:
+        joints = named_joints(rough, identification.stated_arm.n_joints)
         yield (
-            f"Residuals of {named_joints(rough, identification.given.n_joints)} are correlated over more "
+            f"Residuals of {joints} are correlated over more "
             f"than {_CORRELATED:.0f} rows: not noise, but an effect that the model lacks."
         )
 
@@ -244,14 +245,17 @@ def _payload_table(identification: Identification) -> Iterator[Table]:
             "", "value", [f"{cell} {unit}" for cell, unit in zip(cells, units, strict=True)], shown="text"
         ),
     )
-    frame = identification.given.tip or f"link {identification.given.n_joints}"
+    frame = identification.stated_arm.tip or f"link {identification.stated_arm.n_joints}"
     yield Table("payload", "Payload", columns, f"Centre of mass in the frame of {frame}; standard errors.")
 
 
 def _residual_table(identification: Identification) -> Table:
-    units, rows = [joint.effort_unit for joint in identification.given.joints], identification.residuals
+    units, rows = [joint.effort_unit for joint in identification.stated_arm.joints], identification.residuals
     measured = np.array([residuals.rms("measured") for residuals in rows])
-    columns = [*joint_columns(identification.given.joints), Column("measured", "measured", measured, units)]
+    columns = [
+        *joint_columns(identification.stated_arm.joints),
+        Column("measured", "measured", measured, units),
+    ]
     keys = {"file": identification.start}
     columns += [
         Column(keys.get(model, model), label, np.array([residuals.rms(model) for residuals in rows]), units)
@@ -269,7 +273,7 @@ def _residual_table(identification: Identification) -> Table:
 
 
 def _friction_table(identification: Identification) -> Table:
-    columns = [*joint_columns(identification.given.joints)]
+    columns = [*joint_columns(identification.stated_arm.joints)]
     terms = {
         "coulomb": ("Coulomb", "N m", "N"),
         "viscous": ("viscous", "N m s", "N s/m"),
@@ -278,7 +282,7 @@ def _friction_table(identification: Identification) -> Table:
     }
     numbers = np.column_stack([identification.friction, identification.drive_inertia])
     deviations = np.column_stack([identification.friction_error, identification.drive_error])
-    slides = not all(identification.given.is_revolute)
+    slides = not all(identification.stated_arm.is_revolute)
     for (key, (label, turning, sliding)), values, errors in zip(
         terms.items(), numbers.T, deviations.T, strict=True
     ):
@@ -305,7 +309,7 @@ def _changed_table(identification: Identification) -> Table:
         Column(
             "",
             "link",
-            [identification.given.links[parameter.link - 1].name for parameter in order],
+            [identification.stated_arm.links[parameter.link - 1].name for parameter in order],
             shown="name",
         ),
         Column(
@@ -378,7 +382,7 @@ def _figure(
 ) -> Figure:
     panels = []
     for i, (joint, residuals) in enumerate(
-        zip(identification.given.joints, identification.residuals, strict=True)
+        zip(identification.stated_arm.joints, identification.residuals, strict=True)
     ):
         if not len(residuals.time):
             continue
@@ -397,7 +401,7 @@ def _figure(
         panels.append(
             Panel(
                 f"{label}{i + 1}",
-                short_joint_label(identification.given.joints, i, 150.0),
+                short_joint_label(identification.stated_arm.joints, i, 150.0),
                 x,
                 y,
                 tuple(items),

@@ -100,20 +100,20 @@ def analyze(
     names = [entry.name for entry in fields(Settings)]
     for name in sorted(options.keys() - names):
         near = difflib.get_close_matches(name, names, n=1)
-        what, hint = f"there is no option {name!r}", f"did you mean {near[0]!r}?" if near else None
-        raise UsageError(what, where=name, expected=", ".join(names), next_step=hint)
+        message, hint = f"there is no option {name!r}", f"did you mean {near[0]!r}?" if near else None
+        raise UsageError(message, where=name, expected=", ".join(names), next_step=hint)
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
-    how = settings or Settings(**options)
+    parsed = settings or Settings(**options)
     if out is None:
-        return find(arm, trajectory, how)
+        return find(arm, trajectory, parsed)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
     folder, arm = Path(out), arm_of(arm)
     motion = trajectory_of(trajectory, arm)
-    mark = source_of(arm, motion, how)["run"]
+    mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-    findings = find(arm, motion, how)
+    findings = find(arm, motion, parsed)
     write_findings(findings, folder, formats, strangers)
     return findings
 

@@ -121,6 +121,6 @@ def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) ->
         if value != usual[key]:
             name = key.replace("_", "-")
             text = str(settings.asked).replace("%", "pct") if key == "budget" else str(value)
-            said = f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}"
-            words.append(said if not isinstance(value, bool) else name if value else f"no-{name}")
+            stem = f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}"
+            words.append(stem if not isinstance(value, bool) else name if value else f"no-{name}")
     return Path("reports") / "-".join(words)

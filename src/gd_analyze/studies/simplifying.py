@@ -128,7 +128,7 @@ def simplify(
     True
     """
     arm = arm_of(arm)
-    how = SearchOptions(
+    options = SearchOptions(
         level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
     )
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
@@ -142,18 +142,18 @@ def simplify(
         raise UsageError(message, where="region", expected=expected, found=in_python(region))
     exact = ExactDynamics.of(arm, states, drives)
     tracking = TrackingBudget.parse(budget) if isinstance(budget, str) else None
-    found = search_model(
+    search = search_model(
         exact,
         motion,
         tracking or budget,
-        how,
+        options,
         region=region,
         margin=margin,
         at_states=at_set_points or (is_given and region is None),
         certified=certified,
         verdicts=verdicts,
     )
-    return found.held.model
+    return search.held.model
 
 
 class FoundModel(NamedTuple):
@@ -167,7 +167,7 @@ def search_model(
     exact: ExactDynamics,
     motion: Trajectory | None,
     budget: Budget | TrackingBudget | str | None,
-    how: SearchOptions,
+    options: SearchOptions,
     *,
     region: Box | Tube | None = None,
     margin: Margin | str | None = None,
@@ -186,7 +186,7 @@ def search_model(
         Exact dynamics at the first states, and the motion if they are its set points.
     at_states
         Keep the budget at these states only.
-    budget, how, region, margin, certified, verdicts
+    budget, options, region, margin, certified, verdicts
         As for `simplify`.
     provenance, stage, progress
         As for `simplify_exact`.
@@ -196,7 +196,7 @@ def search_model(
     UsageError
         As for `simplify`.
     """
-    is_element, at_states = how.level is ELEMENT, at_states or how.operations is not None
+    is_element, at_states = options.level is ELEMENT, at_states or options.operations is not None
     if (at_states or is_element) and (certified or margin is not None or region is not None):
         message = "the budget holds at given states only"
         where, expected = "at_set_points, operations or level element", "neither region, margin nor certified"
@@ -209,8 +209,8 @@ def search_model(
         message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
         raise UsageError(message, where="verdicts", expected=expected, found=in_python(verdicts))
     if is_element:
-        if budget is not None or how.operations is not None:
-            require_no_budget(how.level, f"budget {budget}, operations {how.operations}")
+        if budget is not None or options.operations is not None:
+            require_no_budget(options.level, f"budget {budget}, operations {options.operations}")
         model = with_gamma(exact, model_by_verdicts(exact, verdicts))
         return FoundModel(Held(replace(model, provenance=dict(provenance or {}))))
 
@@ -220,10 +220,12 @@ def search_model(
 
     def search(allowed: Budget | str | None) -> Held:
         if near is None:
-            model = simplify_exact(exact, allowed, how, provenance=provenance, stage=stage, progress=progress)
+            model = simplify_exact(
+                exact, allowed, options, provenance=provenance, stage=stage, progress=progress
+            )
             return Held(model)
         return simplify_held(
-            exact, allowed, near, how, certified=certified, provenance=provenance, stage=stage
+            exact, allowed, near, options, certified=certified, provenance=provenance, stage=stage
         )
 
     if isinstance(budget, TrackingBudget):

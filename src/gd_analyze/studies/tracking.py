@@ -250,8 +250,8 @@ def simplify_for_tracking(
         If there is not exactly one motion, or the exact model tracks worse than asked for.
     """
     if motion is None or motion.motions:
-        message, wanted = "a tracking budget needs one motion", "one trajectory"
-        raise UsageError(message, where="--budget", expected=wanted, found="several" if motion else "none")
+        message, expected = "a tracking budget needs one motion", "one trajectory"
+        raise UsageError(message, where="--budget", expected=expected, found="several" if motion else "none")
     torques, searches, share = budget.torques(form, motion), 0, np.inf
     while share > 1.0 and searches < _SEARCHES:
         torques, searches = torques * min(1.0, _AIM / share if np.isfinite(share) else 1.0), searches + 1

@@ -84,9 +84,9 @@ def warn_of_inputs(inputs: RunInputs) -> None:
 
 def source_of(arm: RobotArm, trajectory: Trajectory, settings: Settings, command: str = "") -> dict[str, str]:
     """Origin of the results; the inputs and what the results state of the motion mark the run."""
-    asked = [arm.name, trajectory.name, settings.described, *(motion.name for motion in trajectory.motions)]
+    inputs = [arm.name, trajectory.name, settings.described, *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
-    return provenance_of_run(command, asked, [describe_in_full(arm), motion], repeats=True)
+    return provenance_of_run(command, inputs, [describe_in_full(arm), motion], repeats=True)
 
 
 def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube, bool]:

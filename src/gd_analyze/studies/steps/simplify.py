@@ -92,7 +92,7 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgre
     ranking = TermRanking()
     if not dynamics.too_many_terms:
         selections = [step.terms for step in path if step.level is TERM and not step.is_exact]
-        ranking = rank_terms(search.exact, also=selections)
+        ranking = rank_terms(search.exact, included=selections)
     progress("bounding errors")
     efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
     return RunModels(
