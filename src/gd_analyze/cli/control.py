@@ -108,9 +108,10 @@ def control(
 ) -> None:
     r"""Simulate control of the exact arm along a motion, to judge the simplified model.
 
-    The controllers use no model, gravity only, all but h, the simplified model, or the exact one. With
-    --payload the arm carries a load that none of them knows. Bounds on the tracking error stand beside the
-    simulated one. docs/control.md says more.
+    Five controllers: computed torque with the exact model, the simplified one, and the exact one without h;
+    fixed gains with the simplified torque; PD with the simplified c. With --payload the arm carries a load
+    that none of them knows. Bounds on the tracking error stand beside the simulated one. docs/control.md says
+    more.
 
     \b
     Examples:

@@ -71,7 +71,7 @@ class ControlStudy:
     fixed_excess
         Largest ratio of fixed gains to the intended ones, in any direction along the motion.
     at_rest
-        Largest error at rest of each PD controller, by what it knows, rad (m), shape (n,).
+        Largest error of PD at rest, rad (m), shape (n,).
     warnings
         Warnings about the input.
     provenance
@@ -91,7 +91,7 @@ class ControlStudy:
     feedback: FeedbackLeft
     torque_for_tolerance: FloatArray
     fixed_excess: float
-    at_rest: Mapping[Controller, FloatArray]
+    at_rest: FloatArray
     warnings: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -178,7 +178,7 @@ def control(
     warned: Iterable[str] = (),
     progress: Callable[[int], None] = lambda percent: None,
 ) -> ControlStudy:
-    """Simulate tracking on the exact arm: no model, gravity only, all but h, simplified and exact model.
+    """Simulate tracking on the exact arm with the simplified model, the exact one, and that without h.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def control(
             world.plant.program, world.reference, settings.gains, lambda _: settings.tolerance.of(moved)
         ),
         fixed_excess=bounds.fixed_excess(world),
-        at_rest={c: bounds.at_rest(world, c) for c in CONTROLLERS if c.law == "pd"},
+        at_rest=bounds.at_rest(world),
         warnings=tuple(warned_so_far.texts),
         provenance=provenance_of_run(command, names_of(moved, motion, settings), inputs, repeats=True),
     )

@@ -25,7 +25,7 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control_law import SIMPLIFIED, Bank, Controller, Gains, Reference, World
+from gd_analyze.studies.control_law import PD, SIMPLIFIED, Bank, Controller, Gains, Reference, World
 from gd_analyze.studies.control_loop import ProgramDynamics
 
 # Margins beyond which a bound is useless, rad (m) and per s and s^2.
@@ -101,7 +101,7 @@ def expected(world: World, controller: Controller, speed: float) -> FloatArray:
     q, qd, qdd = world.reference.sampled(speed)
     bank = Bank([controller] * q.shape[1], world)
     missing = _needed(world, q, qd, qdd) - bank.torque(q, qd, (q, qd, qdd))
-    if controller.multiplies:
+    if controller.law == "computed_torque":
         inertia = _inertia(world.simplified if controller == SIMPLIFIED else world.exact, q)
     else:
         inertia = np.diag(world.diagonal)
@@ -132,12 +132,12 @@ def torque_for(
     return np.asarray(share.min() * diagonal)
 
 
-def at_rest(world: World, controller: Controller) -> FloatArray:
+def at_rest(world: World) -> FloatArray:
     """Largest error of PD at rest, rad (m), (n,): uncompensated gravity over the stiffness K_p M."""
     q, _, _ = world.reference.sampled()
     zero = np.zeros_like(q)
     needed = _torque(world.plant.program, q, zero, zero)
-    commanded = Bank([controller] * q.shape[1], world).torque(q, zero, (q, zero, zero))
+    commanded = Bank([PD] * q.shape[1], world).torque(q, zero, (q, zero, zero))
     missing = np.abs(needed - commanded).max(axis=1)
     missing[missing <= ROUND_OFF_SHARE * np.abs(needed).max()] = 0.0
     return np.asarray(missing / (world.gains.stiffness * world.diagonal))

@@ -3,11 +3,11 @@
 All laws are u = M (K_d e' + K_p e) + b, with the error e = q_d - q of positions:
 
 - computed torque ([FGL87] section 5.3): M is the model's D, and b its torque D a + h + c for the desired
-  acceleration a, or the part that the controller knows;
+  acceleration a, or that without h;
 - the same with fixed gains: M is a constant for each joint;
 - PD with gravity compensation: M is that constant, and b the model's c.
 
-The constant is the mean of D's diagonal along the motion. It replaces D in computed torque without D.
+The constant is the mean of D's diagonal along the motion.
 """
 
 from __future__ import annotations
@@ -249,34 +249,16 @@ class Controller(NamedTuple):
     """A control law, what it knows of the arm, and its name in tables."""
 
     law: Literal["computed_torque", "fixed_gains", "pd"]
-    knows: Literal["nothing", "gravity", "without_h", "simplified", "exact"]
+    knows: Literal["without_h", "simplified", "exact"]
     title: str
-
-    @property
-    def knows_inertia(self) -> bool:
-        """Whether its torque for the desired acceleration comes from a model."""
-        return self.law != "pd" and self.knows in ("without_h", "simplified", "exact")
-
-    @property
-    def multiplies(self) -> bool:
-        """Whether its M is a model's D."""
-        return self.law == "computed_torque" and self.knows_inertia
 
 
 EXACT = Controller("computed_torque", "exact", "exact model")
 SIMPLIFIED = Controller("computed_torque", "simplified", "simplified model")
 FIXED_GAINS = Controller("fixed_gains", "simplified", "simplified, fixed gains")
 WITHOUT_H = Controller("computed_torque", "without_h", "without h")
-GRAVITY_ONLY = Controller("computed_torque", "gravity", "gravity only")
-WITHOUT_MODEL = Controller("computed_torque", "nothing", "nothing")
-# PD with the exact model, or with that without h, is PD with the exact gravity.
-PD_EXACT = Controller("pd", "gravity", "PD, exact c")
-PD_SIMPLIFIED = Controller("pd", "simplified", "PD, simplified c")
-PD_ALONE = Controller("pd", "nothing", "PD, alone")
-CONTROLLERS = (
-    *(EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, GRAVITY_ONLY, WITHOUT_MODEL),
-    *(PD_EXACT, PD_SIMPLIFIED, PD_ALONE),
-)
+PD = Controller("pd", "simplified", "PD, simplified c")
+CONTROLLERS = (EXACT, SIMPLIFIED, FIXED_GAINS, WITHOUT_H, PD)
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,15 +327,13 @@ class Bank:
             return np.array([float(holds(controller)) for controller in controllers])
 
         self._gains, self._diagonal = world.gains, world.diagonal[:, None]
-        # Without a model's D, the constants multiply feedback and, for some laws, the desired acceleration.
-        self._forward = indicator(lambda c: c.law == "computed_torque" and not c.knows_inertia)
-        self._multiplies = indicator(lambda c: c.multiplies)
-        inertia = indicator(lambda c: c.knows_inertia)
-        velocities = indicator(lambda c: c.knows_inertia and c.knows != "without_h")
+        # Constants multiply the feedback of a law without a model's D.
+        self._multiplies = indicator(lambda c: c.law == "computed_torque")
+        inertia = indicator(lambda c: c.law != "pd")
+        velocities = indicator(lambda c: c.law != "pd" and c.knows != "without_h")
         by_simplified = indicator(lambda c: c.knows == "simplified")
-        by_any = indicator(lambda c: c.knows != "nothing")
         self._models = []
-        for program, uses in ((world.exact, by_any - by_simplified), (world.simplified, by_simplified)):
+        for program, uses in ((world.exact, 1.0 - by_simplified), (world.simplified, by_simplified)):
             chosen = np.flatnonzero(uses)
             if len(chosen):
                 batch = Batch(program, len(chosen))
@@ -365,7 +345,7 @@ class Bank:
         """Commanded torque, N m (N), shape (n, m), at states and desired q, qd and qdd, all of that shape."""
         q_d, qd_d, qdd_d = desired
         feedback = self._gains.damper * (qd_d - qd) + self._gains.stiffness * (q_d - q)
-        torque = self._diagonal * (self._forward * qdd_d + (1.0 - self._multiplies) * feedback)
+        torque = self._diagonal * (1.0 - self._multiplies) * feedback
         states = (q, qd, qdd_d + self._multiplies * feedback)
         for chosen, batch, inputs in self._models:
             for (rows, factor), values in zip(inputs, states, strict=True):

@@ -37,11 +37,7 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     SIMPLIFIED: ("series-3", ()),
     FIXED_GAINS: ("series-3", (4.0, 1.6)),
     laws.WITHOUT_H: ("series-2", ()),
-    laws.GRAVITY_ONLY: ("series-1", ()),
-    laws.WITHOUT_MODEL: ("series-7", ()),
-    laws.PD_EXACT: ("series-1", (4.0, 1.6)),
-    laws.PD_SIMPLIFIED: ("series-4", (1.2, 1.4)),
-    laws.PD_ALONE: ("series-5", (4.0, 1.6)),
+    laws.PD: ("series-1", (1.2, 1.4)),
 }
 # Expected errors beyond this, rad (m), are not of first order.
 _FARTHEST = 1.0
@@ -255,7 +251,7 @@ def _hidden_facts(study: ControlStudy) -> Iterator[Fact]:
                 "inertia": study.diagonal[i],
                 "stiffness": settings.gains.stiffness * study.diagonal[i],
                 "torque_limit": study.limits[i],
-                "error_at_rest": {c.title: error[i] for c, error in study.at_rest.items()},
+                "error_at_rest": study.at_rest[i],
                 "certified": [
                     {"speed": speed, "torque_error": bound.torque_error[i], "error": bound.error[i]}
                     for speed, bound in study.certified.items()
@@ -358,7 +354,7 @@ def _rest_table(study: ControlStudy) -> Table:
     columns = (
         joint_columns(study.arm.joints)[-1],
         Column("", "stiffness", study.settings.gains.stiffness * study.diagonal, units),
-        *(_errors(study, controller.title, error, joints) for controller, error in study.at_rest.items()),
+        _errors(study, laws.PD.title, study.at_rest, joints),
     )
     title = "Error of PD at rest at the worst position of the motion: uncompensated gravity over stiffness"
     return Table("rest", title, columns)
@@ -367,8 +363,8 @@ def _rest_table(study: ControlStudy) -> Table:
 def tracking_figure(study: ControlStudy) -> Figure:
     """Tracking error of every joint over time, at the usual rate and speed."""
     groups = {
-        "computed torque with a model": [_usual(study, c) for c in CONTROLLERS[:4]],
-        "without a model's D, and PD": [_usual(study, c) for c in CONTROLLERS[4:]],
+        "torque of a model": [_usual(study, c) for c in CONTROLLERS if c.law != "pd"],
+        "PD": [_usual(study, c) for c in CONTROLLERS if c.law == "pd"],
     }
 
     def panel(i: int, title: str, loops: Sequence[TrackedLoop]) -> Panel:
