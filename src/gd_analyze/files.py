@@ -8,7 +8,6 @@ import json
 import os
 import platform
 import re
-import select
 import shutil
 import stat
 import sys
@@ -38,8 +37,6 @@ _BAD_PLACE = {
 }  # fmt: skip
 
 _PIECE = 2**20  # bytes read at once
-# Seconds in which somebody has to begin to write to a pipe.
-_PATIENCE = 60.0
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
 # that writes there on the same machine.
 _TEMPORARY = ".gd-analyze."
@@ -141,7 +138,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
     """
     if isinstance(source, str | Path):
-        with _opened(Path(source)) as file:
+        with Path(source).open("rb") as file:
             return read_at_most(file, most)
     data = bytearray()
     while piece := source.read(min(_PIECE, most + 1 - len(data))):
@@ -151,18 +148,6 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
         if b"\0" in piece:
             break
     return bytes(data)
-
-
-def _opened(path: Path) -> BinaryIO:
-    """Open a file to read, or a pipe as soon as somebody writes; a TimeoutError where nobody does."""
-    if not path.is_fifo():
-        return path.open("rb")
-    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    if not select.select([number], [], [], _PATIENCE)[0]:
-        os.close(number)
-        raise TimeoutError(errno.ETIMEDOUT, f"nobody wrote to the pipe for {_PATIENCE:g} s", str(path))
-    os.set_blocking(number, True)
-    return os.fdopen(number, "rb")
 
 
 def megabytes(size: int) -> str:

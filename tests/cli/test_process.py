@@ -138,8 +138,8 @@ def test_a_reader_that_leaves_early_is_no_error(process):
 @pytest.mark.parametrize(
     ("words", "closed", "code", "says"),
     [
-        ("arms puma560 --json", ">&-", 1, "standard output is closed"),
-        ("two_link -", "<&-", 2, "standard input is closed"),
+        ("arms puma560 --json", ">&-", 1, "not writable"),
+        ("two_link -", "<&-", 2, "standard input: the file is empty"),
         ("two_link nowhere.csv", "2>&-", 2, ""),
         ("two_link gentle.csv --format json --quiet", "<&- >&- 2>&-", 0, ""),
     ],

@@ -141,34 +141,13 @@ def _behave_as_a_process() -> None:
     atexit.register(gc.freeze)
 
 
-class _Closed(io.TextIOBase):
-    """A stream that can be neither read nor written, and says so."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    encoding = "utf-8"
-
-    @property
-    def buffer(self) -> _Closed:
-        return self
-
-    def read(self, size: int | None = -1) -> str:
-        raise OSError(errno.EBADF, f"standard {self._name} is closed")
-
-    def write(self, text: str) -> int:
-        raise OSError(errno.EBADF, f"standard {self._name} is closed")
-
-
 def _fill_closed_streams() -> None:
-    """Put something in the place of standard streams that are closed, as `>&-` and `<&-` do in a shell.
+    """Open the null device in place of standard streams that are closed, as `>&-` and `<&-` do in a shell.
 
-    Their numbers are taken, so that no file opened later gets the number that libraries print to. What reads
-    or writes the closed stream fails by name; messages have nowhere to go, and the exit code remains.
+    Their numbers are taken then, so that no file opened later gets the number that libraries print to.
+    Nothing can be written to that of the output: a result that goes nowhere is an error.
     """
-    while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
-        pass
-    os.close(number)
-    sys.stdin = sys.stdin or _Closed("input")
-    sys.stdout = sys.stdout or _Closed("output")
-    sys.stderr = sys.stderr or io.StringIO()
+    null = Path(os.devnull)
+    sys.stdin = sys.stdin or null.open(encoding="utf-8")
+    sys.stdout = sys.stdout or null.open(encoding="utf-8")
+    sys.stderr = sys.stderr or null.open("w", encoding="utf-8")
