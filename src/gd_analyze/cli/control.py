@@ -112,6 +112,12 @@ def control(
     fixed gains with the simplified torque; PD with the simplified c. With --payload the arm carries a load
     that none of them knows. Bounds on the tracking error stand beside the simulated one. docs/control.md says
     more.
+
+    \b
+    Examples:
+      gd-analyze control model.json pick-and-place
+      gd-analyze control model.json my.csv --loop-rate 1000,250 --bandwidth 30
+      gd-analyze control model.json my.csv --payload 2,0,0,0.1 --out report
     """
     with output.working() as stage:
         from gd_analyze.robots.payload import carrying
