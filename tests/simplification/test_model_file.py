@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from changed_programs import fast_model
 from gd_analyze.certification.holding import simplify_held
-from gd_analyze.certification.proof import proven_again
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -32,6 +31,7 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
 from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.studies.proof import proven_again
 from made_models import assert_same, exact_model, model_of, signed
 from recordings import swung
 from strategies import arms, arms_with_states, examples

@@ -151,10 +151,10 @@ def certify(
     if check and (margin is not None or not is_default("effort")):
         raise click.UsageError("--check takes margin and effort from the model's file")
     with output.working() as stage:
-        from gd_analyze.certification.proof import proof, proven_again
         from gd_analyze.motions.margin import Margin
         from gd_analyze.motions.states import states_of
         from gd_analyze.simplification.model_claims import measured_at
+        from gd_analyze.studies.proof import proof, proven_again
 
         loaded = gd.load_model(model)
         motion = None if along is None else read_motion(along, loaded.arm)
