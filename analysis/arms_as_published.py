@@ -33,6 +33,7 @@ from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.exact import has_more_terms
+from psdm_measure import made_with
 
 # Where the installed packages have their files.
 COLLECTIONS = {"example-robot-data": "cmeel.prefix/share/example-robot-data/robots", "frax": "frax/assets"}
@@ -268,6 +269,8 @@ def report(found: Sequence[Row], alike: Mapping[Chain, int]) -> str:
     saving = [row for row in went if row.simplified < row.exact]
     lines = [
         "# Does it work for the arms that people own?",
+        "",
+        made_with(),
         "",
         f"Every serial chain of one to {MOST_JOINTS} joints of {len({row.chain.file for row in found})} robots' files: "
         f"{len(found) + sum(alike.values())} chains, {len(found)} of them with numbers of their own, "
