@@ -155,6 +155,17 @@ def array_of(values: Any, name: str, error: type[GdAnalyzeError]) -> FloatArray:
     return array.astype(float, copy=False)
 
 
+def frozen(array: FloatArray) -> FloatArray:
+    """Take an array that nobody can write to as it is, and a read-only copy of any other."""
+    owner: Any = array
+    while isinstance(owner, np.ndarray) and not owner.flags.writeable:
+        owner = owner.base
+    if owner is not None:
+        array = array.copy()
+        array.flags.writeable = False
+    return array
+
+
 def require_possible(array: FloatArray, name: str, error: type[GdAnalyzeError]) -> None:
     """Raise `error` where a number is not finite or larger than `LARGEST`."""
     wrong = ~(np.abs(array) <= LARGEST)

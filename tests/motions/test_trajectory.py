@@ -35,6 +35,17 @@ def test_arrays_are_read_only_copies_whose_numbers_make_the_fingerprint():
     assert len(prints) == 5
 
 
+def test_arrays_that_nobody_can_write_to_are_no_copies():
+    first = gd.Trajectory(TIME, Q, Q, Q)
+    assert gd.Trajectory(first.time, first.q, first.qd, first.qdd).q is first.q
+    owner = Q.copy()
+    view = owner[:]
+    view.flags.writeable = False
+    trajectory = gd.Trajectory(TIME, view, Q, Q)
+    owner[0, 0] = 99.0
+    assert trajectory.q[0, 0] == 0.0
+
+
 @pytest.mark.parametrize(
     ("given_", "message"),
     [

@@ -95,6 +95,7 @@ def analyze(
             warned=output.warnings,
             progress=stage,
         )
+        del motion  # the findings hold what is shown of a long one, whose memory the reports can use
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
         output.warn(findings.warnings)

@@ -33,8 +33,8 @@ VERDICTS = ["translation", "rotation", "both", "zero"]
 
 # Longer motions are thinned evenly: the time grows with samples times set points.
 _MOST_SET_POINTS = 500
-# Samples of a block, whose counts fit into bytes and arrays into the cache.
-_BLOCK = 255
+# Samples of a block: at most 255, whose counts fit into bytes; arrays of more take memory and no less time.
+_BLOCK = 64
 # Rejected samples of a link per sample asked for, before its uncertainty is refused.
 _PATIENCE = 100
 

@@ -34,6 +34,8 @@ from gd_analyze.motions.words import is_of_set_points, unit_in_words
 from gd_analyze.text import LARGEST, in_python, number_in
 
 _BLOCK = 2_000_000  # bytes read at once
+# Rows of numbers grow by one in so many when they are full.
+_GROWTH = 8
 _HEAD_BYTES = 1_000_000
 # Number of first lines by which a file's layout is judged.
 _JUDGED = 8
@@ -280,7 +282,7 @@ class TextTable(LogTable):
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        parts = [np.empty((0, len(numbers)))]
+        values = np.empty((0, len(numbers)))
         texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
         gaps, rows, wrong = list[int](), 0, dict[int, TrajectoryError]()
         for block in self._blocks(progress):
@@ -290,15 +292,18 @@ class TextTable(LogTable):
                 wrong |= {rows + row: error for row, error in of_block.items()}
                 if len(wrong) > MOST_WRONG:
                     raise wrong[min(wrong)]
-                parts.append(
-                    frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty((len(frame), 0))
-                )
+                if rows + len(frame) > len(values):
+                    # Grown in place: joining all blocks in the end would hold a long log twice.
+                    values.resize((rows + len(frame) + rows // _GROWTH, len(numbers)), refcheck=False)
+                if numbers:
+                    values[rows : rows + len(frame)] = frame[list(numbers)].to_numpy(dtype=float)
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
             rows += len(block.numbers)
         instants = tuple(map(self._stamps, map(np.concatenate, texts)))
         gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < rows]
-        return Columns(np.concatenate(parts), instants, tuple(gaps), wrong)
+        values.resize((rows, len(numbers)), refcheck=False)
+        return Columns(values, instants, tuple(gaps), wrong)
 
     def _sound(
         self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]

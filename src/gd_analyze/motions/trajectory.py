@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, array_of, chunks
+from gd_analyze.arrays import FloatArray, array_of, chunks, frozen
 from gd_analyze.errors import TrajectoryError, require_type
 from gd_analyze.files import write_text
 from gd_analyze.motions.logged import Log, Recording, treated
@@ -132,7 +132,7 @@ class Trajectory:
         if self.qd is None or self.qdd is None:
             self._derive()
         for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = values.copy()
+            array = frozen(values)
             wrong = (
                 chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in chunks(len(array))
             )
@@ -141,7 +141,6 @@ class Trajectory:
                 step = "check units, and that no two set points share almost the same instant"
                 expected = f"finite numbers up to {LARGEST:g} in SI units"
                 raise refusal(problem, where, expected, str(array[row].tolist()), step)
-            array.flags.writeable = False
             object.__setattr__(self, name, array)
         for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
             expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
@@ -239,6 +238,7 @@ class Trajectory:
         if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
             # Checked before a spline is fitted to it.
             still = np.zeros_like(logged.q)
+            still.flags.writeable = False  # and is not copied
             qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
             cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
         result = treated(logged, arm, treatment)

@@ -47,6 +47,8 @@ def log_of(
     table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
 ) -> Log:
     """The log in SI units, without corrupt rows, corrected as the reading says; or refuse it."""
+    # A trajectory takes arrays that nobody can write to as they are: a long motion is in memory once.
+    columns.numbers.flags.writeable = False
     numbers, _ = choice.wanted
     column_values = dict(zip(numbers, columns.numbers.T, strict=True))
     arrays: dict[str, FloatArray] = {}
@@ -124,7 +126,9 @@ def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) ->
     """Take columns, each times its factor; columns side by side that need none are not copied."""
     if places and (factors == 1.0).all() and (np.diff(places) == 1).all():
         return numbers[:, places[0] : places[-1] + 1]
-    return numbers[:, places] * factors
+    values = numbers[:, places] * factors
+    values.flags.writeable = False
+    return values
 
 
 def _require_numbers(

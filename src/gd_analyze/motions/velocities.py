@@ -146,6 +146,7 @@ def completed(
     derived = np.empty((len(orders), *samples.shape))
     for (instants, values), end in zip(parts, np.cumsum([len(t) for t, _ in parts]), strict=True):
         _differentiate(instants, values, orders, derived[:, end - len(instants) : end])
+    derived.flags.writeable = False  # and a trajectory needs no copy
     if qdd is None:
         qdd = derived[-1]
     if qd is None:

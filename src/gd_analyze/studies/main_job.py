@@ -114,6 +114,7 @@ def analyze(
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
     findings = find(arm, motion, parsed)
+    del motion  # the findings hold what is shown of a long one, whose memory the reports can use
     write_findings(findings, folder, formats, strangers)
     return findings
 
