@@ -15,21 +15,13 @@ import xarray as xr
 from hypothesis import settings
 
 from advice import false_advice
+from gd_analyze import Trajectory, decompose, load_arm, read_trajectory, simplify
 from gd_analyze.cli.app import app
-from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.states import states_in_box
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.findings import Findings
-from gd_analyze.results.store import save_results
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.simplification.cache import VARIABLE
-from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
-from gd_analyze.studies.simplifying import simplify
+from gd_analyze.tables import save_results, states_in_box
+from gd_analyze.types import Findings, RobotArm, Settings, SimplifiedModel
 from recordings import CUTOFF, recorded
 from strategies import PROFILE
 

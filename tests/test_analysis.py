@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gd_analyze.exporting.export import export
+from gd_analyze import export
 from long_cases import long
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -6,12 +6,10 @@ import numpy as np
 import xarray as xr
 from hypothesis import given
 
+from gd_analyze import Trajectory, decompose
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.figures.joints import CONTRIBUTION_LABELS, Contributions, torque_by_cause
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.findings import Findings
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.types import Findings, RobotArm
 from strategies import examples, motions
 
 EPS = np.finfo(float).eps

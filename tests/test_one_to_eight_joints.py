@@ -11,14 +11,12 @@ import pytest
 
 import gd_analyze as gd
 from changed_programs import skip_searches
+from gd_analyze import load_model, save_model
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.files import RESULT_FILES
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact import ExactDynamics
-from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.study_files import write_findings
+from gd_analyze.types import ExactDynamics, RobotArm, Settings
 from long_cases import long_but
 from parallel_axes import arm_of, scara
 from recordings import swinging

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze import builtin_arms
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
-from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.studies.main_job import find
 
 ROBOT, MOTION = "two_link", "two-link-swing"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from attacks import damaged, drawn_motion, errors_at, largest_excess, round_off_in
 from hypothesis import given
 from hypothesis import strategies as st
 
 import changed_programs as pruning
 import gd_analyze as gd
+from attacks import damaged, drawn_motion, errors_at, largest_excess, round_off_in
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.taylor import TaylorForm

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly
 
+from gd_analyze import Trajectory
 from gd_analyze.certification.between import Between
-from gd_analyze.motions.trajectory import Trajectory
 from strategies import examples
 
 EXACTLY = np.zeros((2, 3))

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gd_analyze as gd
 from attacks import (
     ascended,
     damaged,
@@ -14,15 +18,12 @@ from attacks import (
     largest_excess,
     round_off_in,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-
-import gd_analyze as gd
 from changed_programs import skip_proofs, skip_searches
+from gd_analyze import pool
 from gd_analyze.certification import falsification
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.pool import pool, taken_apart
+from gd_analyze.motions.pool import taken_apart
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.harmonic import ENERGY, TERM

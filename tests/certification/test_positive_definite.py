@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from attacks import drawn_box
 from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from attacks import drawn_box
 from gd_analyze.certification import positive_definite as module
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics
 from gd_analyze.errors import ModelError, UsageError

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze import pool
 from gd_analyze.certification import tube as module
 from gd_analyze.certification.between import Between
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.motions.pool import pool
 from strategies import examples, motions
 
 

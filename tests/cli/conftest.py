@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from program import PROGRAM
 
 import gd_analyze as gd
 from gd_analyze.cli import terminal
 from gd_analyze.cli.entry import main
+from program import PROGRAM
 
 # On a slow machine work takes longer than what is silent; stages are told only where a test asks for them.
 NEVER = 1e6

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze import write_trajectory
 from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
 from gd_analyze.files import RESULT_FILES
-from gd_analyze.motions.trajectory import write_trajectory
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
 from gd_analyze.robots.arm_toml import toml_of

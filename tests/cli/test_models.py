@@ -419,7 +419,7 @@ def test_a_loop_with_a_payload_and_its_report(run, model, here):
     assert sorted(path.name for path in (here / "r").iterdir()) == sorted(x[2:] for x in told["files"])
     assert run(words).code == 0
     other = run(f"{words} --torque-limits off")
-    assert (other.code, "holds files of another run" in other.err) == (2, True)
+    assert (other.code, "--overwrite" in other.err) == (2, True)
     assert run(f"{words} --torque-limits off --overwrite").code == 0
 
 

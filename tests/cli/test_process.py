@@ -15,12 +15,12 @@ from pathlib import Path
 from threading import Thread
 
 import pytest
-from program import PROGRAM
 
 import gd_analyze as gd
 from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.simplification.effort import kept_program
 from long_cases import long
+from program import PROGRAM
 
 SLOW = {"numpy", "scipy", "pandas", "xarray", "h5py", "matplotlib", "pinocchio"}
 SLOW |= {"typst", "jinja2", "pydantic", "rich"}

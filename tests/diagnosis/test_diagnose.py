@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from diagnosis_trial import Robot
+from gd_analyze import Trajectory
 from gd_analyze.cli.app import app
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.correction import Correction
@@ -29,7 +30,6 @@ from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.logged import Log
-from gd_analyze.motions.trajectory import Trajectory
 from robot_files import two_joints
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from markdown_pages import ROOT, blocks, code, tables
 
-from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze import load_arm
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.motions.states import States
 from gd_analyze.robots import arm_file
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.tables import decompose_states
+from gd_analyze.types import States
 
 PAGE = ROOT / "docs" / "arms.md"
 SECTIONS = {

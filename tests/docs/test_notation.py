@@ -9,10 +9,10 @@ import numpy as np
 from markdown_pages import ROOT, code, tables
 
 import gd_analyze as gd
+from gd_analyze import load_arm
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import Kinematics, solve_kinematics
 from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.schema import GROUPS
 
 PAGE = ROOT / "docs" / "notation.md"

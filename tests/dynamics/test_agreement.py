@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze import load_arm
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_base, newton_euler_link
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
@@ -25,13 +26,12 @@ from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import (
     COMPARED_QUANTITIES,
     MOST_SET_POINTS,
-    cross_check,
     pinocchio_dynamics,
     pinocchio_model,
     round_off_bounds,
 )
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.tables import cross_check
+from gd_analyze.types import RobotArm
 from parallel_axes import arms_with_runs
 from strategies import States, arms_with_states, examples, motions, random_states
 from transforms import derivative, link_frames

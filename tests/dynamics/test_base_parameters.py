@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
-from gd_analyze.dynamics.base_parameters import BaseParameters, parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import parameters_of, regressor
 from gd_analyze.dynamics.newton_euler_link import torque as torque_of_links
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
+from gd_analyze.types import BaseParameters, RobotArm
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states
 

@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import transforms as tf
+from gd_analyze import load_arm
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy, solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.types import RobotArm
 from strategies import States, arms_with_states, examples, random_states
 
 BUILT_IN = ["puma560", "stanford", "two_link"]

@@ -167,7 +167,7 @@ def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_sw
     raw = bytearray(path.read_bytes())
     raw[raw.rindex(values)] ^= 1
     path.write_bytes(raw)
-    with pytest.raises(gd.GdAnalyzeError, match="the results file is damaged") as caught:
+    with pytest.raises(gd.GdAnalyzeError) as caught:
         every.inertia.load()
     assert str(path) in caught.value.details["where"]
 

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from scipy.signal import butter, sosfiltfilt
 
 import gd_analyze as gd
+from gd_analyze import Trajectory
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.motions.logged import Log
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.types import RobotArm
 from recordings import CUTOFF, friction_of, recorded, swinging, with_torques
 from strategies import arms, examples
 

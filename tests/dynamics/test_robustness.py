@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze import Trajectory
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.dynamics.robustness import Drawn, elements_per_unit
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.uncertainty import with_uncertainty

@@ -8,15 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipk
 
+from gd_analyze import decompose, load_arm
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.decomposition import decompose, decompose_states
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.dynamics.simulation import Integration, Simulation, simulate
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.motions.states import States
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.tables import decompose_states
+from gd_analyze.types import RobotArm, States
 from strategies import arms_with_states, examples
 
 DRIVEN = Drivetrain(inertia=True)
@@ -190,10 +189,11 @@ def test_bad_input(two_link, change, where):
 
 def test_motions_that_cannot_be_followed(two_link):
     for torque in (lambda t, q, qd: [1.0], lambda t, q, qd: [np.nan, 0]):
-        with pytest.raises(GdAnalyzeError, match="torque function does not give"):
+        with pytest.raises(GdAnalyzeError) as caught:
             simulate(two_link, torque, [0, 0], [0, 0], 0.1)
+        assert caught.value.details["expected"] == "2 finite numbers"
     # qdd grows with the square of the velocity: infinite at t = 1, and no step is small enough there.
     inertia, rough = 2.0 * LENGTH**2, Integration(rtol=1e-6, atol=1e-6)
-    with pytest.raises(GdAnalyzeError, match=r"failed|grows without bounds") as caught:
+    with pytest.raises(GdAnalyzeError) as caught:
         simulate(pendulum(0.0), lambda t, q, qd: inertia * qd**2, [0.0], [1.0], 2.0, integration=rough)
     assert caught.value.details["where"].startswith(("t = 1 ", "t = 1.0", "t = 0.99"))

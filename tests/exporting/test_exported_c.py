@@ -11,14 +11,14 @@ import subprocess
 
 import numpy as np
 import pytest
-from exported_cases import states, subject
-from rounded_programs import evaluated
-from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_compiled
 
 import gd_analyze as gd
+from exported_cases import states, subject
 from gd_analyze.exporting.export import written
 from gd_analyze.simplification.effort import program_inputs
 from long_cases import long
+from rounded_programs import evaluated
+from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_compiled
 
 pytestmark = needs_gcc
 # What the generated code calls, and what a compiler may put in for a loop that copies or a sum of both.

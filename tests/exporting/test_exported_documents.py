@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exported_cases import CASES, HOSTILE, TORQUES, hostile, states, subject
-from rounded_programs import PAYLOAD, assert_same, parameters_given
-from running import called, needs, size_of
 
+from exported_cases import CASES, HOSTILE, TORQUES, hostile, states, subject
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.formulas.languages import LatexPrinter
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.text import number
 from long_cases import long
+from rounded_programs import PAYLOAD, assert_same, parameters_given
+from running import called, needs, size_of
 
 OCTAVE = ("octave", "--no-gui", "--no-init-file", "--quiet")
 PLACES = [(case, first) for case, first in HOSTILE if case in TORQUES]

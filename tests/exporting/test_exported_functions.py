@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio
 import pytest
-from exported_cases import LINKS, MODELS, states, subject
-from rounded_programs import PAYLOAD, given_of, slope
 
 import gd_analyze as gd
+from exported_cases import LINKS, MODELS, states, subject
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
@@ -27,12 +26,14 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.effort import ROUGH, program_inputs
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
+from gd_analyze.types import ExactDynamics
 from long_cases import long_but
 from made_models import ROUND_OFF
+from rounded_programs import PAYLOAD, given_of, slope
 from strategies import random_inertia
 
 # Functions beside the torque of six joints take seconds to derive: an arm of two revolute joints and one with

@@ -8,17 +8,17 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from exported_cases import CASES, HOSTILE, NAMES, hostile, proven, renamed, round_model, subject
 from hypothesis import given
 from hypothesis import strategies as st
-from running import STRICT, called, needs_gcc, needs_gpp
 
+from exported_cases import CASES, HOSTILE, NAMES, hostile, proven, renamed, round_model, subject
 from gd_analyze import __version__
 from gd_analyze.exporting.export import CLASSES, written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.exporting.names import ALL_RESERVED, LANGUAGES, LONGEST, RESERVED, identifier, identifiers
 from gd_analyze.operations.program import OperationCount
 from long_cases import long
+from running import STRICT, called, needs_gcc, needs_gpp
 from strategies import examples
 
 CODE = tuple(language for language in LANGUAGES if language != "latex")

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from exported_cases import CASES, FEW, ODD, states, subject
 from hypothesis import given
-from rounded_programs import assert_same, evaluated, slope
-from running import STRICT, called, compiled, imported, needs_gcc, needs_gpp, run_compiled, run_imported
 
+from exported_cases import CASES, FEW, ODD, states, subject
 from few_tries import few_tries
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.simplification.exact import ExactForm
 from long_cases import long, long_but
 from made_models import ROUND_OFF
+from rounded_programs import assert_same, evaluated, slope
+from running import STRICT, called, compiled, imported, needs_gcc, needs_gpp, run_compiled, run_imported
 from strategies import arms, examples, random_states
 
 ALL = (*CASES, *ODD, "weightless decomposition", "spins decomposition")

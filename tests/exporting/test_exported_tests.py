@@ -8,12 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
-from exported_cases import subject
-from running import STRICT, called, needs, needs_gcc, needs_gpp
 
+from exported_cases import subject
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import OF_PARAMETERS
 from long_cases import long
+from running import STRICT, called, needs, needs_gcc, needs_gpp
 
 CASES = ("two_link term", "two_link further", "stanford decomposition")
 MATLAB = ("octave", "--no-gui", "--no-init-file", "--quiet")

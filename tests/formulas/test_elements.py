@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze import equations
 from gd_analyze.formulas.languages import LatexPrinter, Plain, formatted, rounded
-from gd_analyze.formulas.results import equations, sympy_head, sympy_line
+from gd_analyze.formulas.results import sympy_head, sympy_line
 from gd_analyze.formulas.writing import element_formula, factor_legend
 from gd_analyze.harmonics.equations import Equation, EquationTerm
 from gd_analyze.harmonics.terms import Factor

@@ -10,9 +10,9 @@ import pytest
 import typst
 
 import gd_analyze as gd
+from gd_analyze import equations
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.languages import LatexPrinter, MathML, PageMathML, Plain, Typst
-from gd_analyze.formulas.results import equations
 from gd_analyze.formulas.writing import (
     element_formula,
     energy_formulas,

@@ -14,10 +14,9 @@ import numpy as np
 from changes import Stage, text_format
 from hostile_values import RAW, number, text
 
+from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.trajectory import GAP, Trajectory, trajectory_csv
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.motions.trajectory import GAP, trajectory_csv
 
 ARM = load_arm("two_link")
 # Digits, a point and an exponent in ASCII: whatever else Python's float takes is no number in a CSV file.

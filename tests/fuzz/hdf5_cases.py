@@ -20,14 +20,12 @@ from hostile_values import NOT_FINITE, number, text
 from tree_changes import TREE_CHANGES
 from verdict import BrokenError
 
+from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.states import states_of
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.store import SEAL_LENGTH, require_sealed, save_results, seal
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.results.store import SEAL_LENGTH, require_sealed, seal
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
+from gd_analyze.tables import save_results, states_of
+from gd_analyze.types import Settings
 from recordings import with_torques
 
 # Numbers that a dataset says it has, and that no memory holds.

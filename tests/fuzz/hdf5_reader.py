@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from verdict import SECONDS, BrokenError, judge
 
+from gd_analyze import load_findings
 from gd_analyze.report.main_page import render_html
-from gd_analyze.results.findings import Findings
-from gd_analyze.results.store import load_findings
 from gd_analyze.schema import GROUPS
+from gd_analyze.types import Findings
 
 
 def use(findings: Findings) -> None:

@@ -16,15 +16,13 @@ from hostile_values import Raw
 from toml_cases import FULL
 from tree_changes import TREE_CHANGES
 
+from gd_analyze import load_arm, load_model, save_model, simplify
 from gd_analyze.operations.program import plain_program
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.description import arm_from_description, fingerprint
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.levels import LEVELS
-from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.model_file import _digest, load_model, save_model
-from gd_analyze.studies.simplifying import simplify
+from gd_analyze.simplification.model_file import _digest
+from gd_analyze.types import LEVELS, SimplifiedModel
 from made_models import exact_model
 from recordings import swung
 

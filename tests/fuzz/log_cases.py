@@ -11,8 +11,7 @@ import numpy as np
 from changes import Stage, text_format
 from csv_cases import TABLE_CHANGES, Table, other_header, other_name
 
-from gd_analyze.motions.read import read_log
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze import load_arm, read_log
 
 ARM = load_arm("two_link")  # its joints are called shoulder and elbow
 NAMES = [

@@ -15,14 +15,13 @@ from changes import Stage, text_format
 from hostile_values import Raw
 from tree_changes import TREE_CHANGES
 
-from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import data_folder
-from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
+from gd_analyze.tables import decompose_states, states_in_box
+from gd_analyze.types import RobotArm, States
 
 FULL = """
 format = "gd-analyze arm 1"

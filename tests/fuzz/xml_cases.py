@@ -10,7 +10,7 @@ import toml_cases
 from changes import Stage, text_format
 from hostile_values import number, text
 
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze import load_arm
 from robot_files import joint, link, two_joints, urdf
 
 CHAIN = urdf(

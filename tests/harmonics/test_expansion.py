@@ -14,11 +14,10 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion, expanded, expansion_factors
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import COUNTING, ROUGH, program_inputs
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.types import LEVELS, RobotArm
 from strategies import arms, examples, random_states
 
 
@@ -127,8 +126,9 @@ NO_TORQUE = {
 
 @pytest.mark.parametrize(("make", "told"), NO_TORQUE.values(), ids=NO_TORQUE.keys())
 def test_what_is_no_torque_is_refused(make, told):
-    with pytest.raises(ModelError, match="does not compute a torque") as caught:
+    with pytest.raises(ModelError) as caught:
         expanded(of(make), SLIDING)
+    assert caught.value.details["where"] == "program"
     assert told in str(caught.value)
     assert caught.value.details["next"]
 
@@ -141,5 +141,6 @@ def test_what_is_too_long_to_be_written_out_is_refused():
     for _ in range(4):
         for x in q:
             value = value * (1.0 + np.cos(x) + 0.5 * np.sin(x))
-    with pytest.raises(ModelError, match="too long to be written out"):
+    with pytest.raises(ModelError) as caught:
         expanded(Program.of(trace, [value]), [False] * 8)
+    assert "terms" in caught.value.details["expected"]

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+
 from explicit_puma import (
     CONTRADICTED,
     ELEMENTS,
@@ -17,12 +18,11 @@ from explicit_puma import (
     polynomials,
     table,
 )
-
-from gd_analyze.harmonics.transform import harmonics_of
+from gd_analyze import builtin_arms, load_arm
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import builtin_arms, load_arm
+from gd_analyze.tables import harmonics_of
 from gd_analyze.text import number
+from gd_analyze.types import RobotArm
 from harmonic_arms import to_polynomial
 
 NAMES = list(PRINTED)

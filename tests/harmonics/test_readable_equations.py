@@ -11,15 +11,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze import equations, load_arm
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.formulas.results import equations
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import Factor, Monomial
-from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.tables import harmonics_of
 from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples

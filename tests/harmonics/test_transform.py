@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.dynamics.decomposition import decompose_states
+from gd_analyze import load_arm
 from gd_analyze.formulas.formula import Product
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import powers
 from gd_analyze.harmonics.products import to_products
-from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
-from gd_analyze.robots.catalogue import load_arm
+from gd_analyze.tables import decompose_states, harmonics_of
 from harmonic_arms import states_of, tolerances
 from parallel_axes import arm_of, arms_with_runs
 from strategies import arms, examples, two_link_of

@@ -11,7 +11,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial, numbers
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.types import RobotArm
 from harmonic_arms import states_of, to_polynomial
 from parallel_axes import arm_of, arms_with_runs
 from strategies import examples

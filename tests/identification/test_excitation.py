@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze import exciting_motion
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.base_parameters import base_parameters, regressor
+from gd_analyze.dynamics.base_parameters import regressor
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryError, UsageError
-from gd_analyze.identification.excitation import Workspace, exciting_motion
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import FourierSeries
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.parts import Drive
+from gd_analyze.tables import base_parameters
+from gd_analyze.types import Workspace
 
 # s, and so many set points that their step is 0.25 ms: a thousandth of the fastest harmonic's period.
 DURATION, DENSE = 5.0, 20_001

@@ -9,19 +9,18 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze import Trajectory, compare_torque
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import parameters_of, regressor
-from gd_analyze.dynamics.measured_torque import compare_torque
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import pseudo_inertias
 from gd_analyze.identification.doubts import scale_error
-from gd_analyze.identification.identification import Identification
 from gd_analyze.identification.identified_arm import base_matrix
 from gd_analyze.identification.rows import Unknowns, identification_rows
-from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.parts import pseudo_inertia
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.tables import states_in_box
+from gd_analyze.types import Identification, States
 from logs_of_arms import TrueArm, fourier
 from long_cases import long
 

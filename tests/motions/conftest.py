@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from remedies import as_options, remedies, typed
 
+from gd_analyze import read_log
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.logged import Log
-from gd_analyze.motions.read import read_log
-from gd_analyze.motions.reading import Reading
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link
+from gd_analyze.types import Reading, RobotArm
+from remedies import as_options, remedies, typed
 
 
 @pytest.fixture(scope="session")

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from log_arms import arm_of
 
+from gd_analyze import read_log
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.read import read_log
-from gd_analyze.motions.reading import Reading
+from gd_analyze.types import Reading
+from log_arms import arm_of
 
 pytest.importorskip("rosbags", reason="bags need the extra `logs`")
 pytest.importorskip("pyarrow", reason="Parquet needs the extra `logs`")

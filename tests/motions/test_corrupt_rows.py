@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from log_arms import arm_of
 
 from gd_analyze.errors import TrajectoryError
+from log_arms import arm_of
 
 ARM = arm_of("hip", "knee")
 TIME = 0.01 * np.arange(400) + 1.0

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from log_arms import UR, arm_of, log_of
 
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.words import known_joints, meaning_of
+from log_arms import UR, arm_of, log_of
 
 # Names by role and kind; the last digit is the joint's number.
 NUMBERED = {

@@ -10,8 +10,8 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.motions.limits import check_against_arm
-from gd_analyze.motions.reading import Reading
 from gd_analyze.motions.trajectory import trajectory_csv
+from gd_analyze.types import Reading
 
 
 def motion(q: list[list[float]], **others: object) -> gd.Trajectory:

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from log_arms import arm_of
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.motions.profiles import PROFILES
+from log_arms import arm_of
 
 FREE = arm_of("1", "2")
 EPS = np.finfo(float).eps

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from gd_analyze import Trajectory, pool, write_trajectory
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.logged import Recording
-from gd_analyze.motions.pool import pool, taken_apart, trajectory_of
-from gd_analyze.motions.trajectory import Trajectory, write_trajectory
+from gd_analyze.motions.pool import taken_apart, trajectory_of
 from recordings import swung
 
 

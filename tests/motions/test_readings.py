@@ -103,7 +103,7 @@ def test_short_stretches_and_empty_rows_are_left_out():
     ],
 )
 def test_too_few_readings_are_refused(time, found):
-    with pytest.raises(TrajectoryError, match="too few readings in a row") as error:
+    with pytest.raises(TrajectoryError) as error:
         made(readings(time, np.zeros((len(time), 2))))
     assert error.value.details["found"] == found
 

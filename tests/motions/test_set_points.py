@@ -16,7 +16,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from log_arms import arm_of
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
@@ -24,6 +23,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.text import LARGEST
+from log_arms import arm_of
 from recordings import Motion, swung
 from strategies import examples
 
@@ -240,6 +240,6 @@ def test_a_folder_stands_for_the_trajectories_in_it(two_link, puma, tmp_path, mo
 def test_a_folder_without_any(two_link, tmp_path):
     for k in range(7):
         (tmp_path / f"{k}.png").write_text("")
-    with pytest.raises(TrajectoryError, match="the folder holds no trajectories") as caught:
+    with pytest.raises(TrajectoryError) as caught:
         trajectory_of(tmp_path, two_link)
     assert "and 2 more" in caught.value.details["found"]

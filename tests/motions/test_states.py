@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.tables import states_in_box
+from gd_analyze.types import States
 
 
 def test_states_in_the_box(puma):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from log_arms import UR, arm_of, log_of
 
+from gd_analyze import read_log
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.read import read_log
+from log_arms import UR, arm_of, log_of
 
 TWO = arm_of("hip", "knee")
 TIME = np.arange(6) * 0.008

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from log_arms import arm_of
 
 ONE = arm_of("hip")

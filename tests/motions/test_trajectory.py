@@ -7,13 +7,13 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from log_arms import arm_of
 from scipy.interpolate import make_interp_spline
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.profiles import PROFILES
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
+from log_arms import arm_of
 from recordings import Motion, instants
 from strategies import examples
 

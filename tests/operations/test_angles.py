@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_programs import INPUTS, program_of, trees
 
 from gd_analyze.operations.angles import priced, with_sums
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
+from random_programs import INPUTS, program_of, trees
 
 FREE = 1e-13  # some dozen roundings of numbers up to 1
 angles = st.lists(st.lists(st.integers(-3, 3), min_size=INPUTS, max_size=INPUTS), min_size=1, max_size=8)

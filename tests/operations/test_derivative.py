@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
-from random_programs import INPUTS, evaluated, program_of, trees, trees_of
 
 from gd_analyze.operations.program import Program, program_slopes
 from gd_analyze.operations.trace import Trace
+from random_programs import INPUTS, evaluated, program_of, trees, trees_of
 from strategies import examples
 
 NAMES = tuple(f"x{i + 1}" for i in range(INPUTS))

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_programs import program_of, trees
 
 import gd_analyze as gd
 from changed_programs import pruned, rounded, sums_of, without_first
+from gd_analyze import builtin_arms
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.simplification.exact import ExactForm
+from random_programs import program_of, trees
 from strategies import arms, examples
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from random_programs import evaluated, program_of, trees
 
 from gd_analyze.arrays import cross, dot
 from gd_analyze.operations.program import Program, plain_program, read_back
 from gd_analyze.operations.trace import Trace
+from random_programs import evaluated, program_of, trees
 from strategies import examples
 
 

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from drawn_nodes import (
     FIRST,
     LAYOUT,
@@ -20,16 +23,13 @@ from drawn_nodes import (
     traced,
     used_places,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-from uncompiled import canon_of, canonical, cost, guarded, guarded_layout, kernels, nodes_of_size, values_of
-
 from gd_analyze.errors import ModelError
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import ONE, PRODUCT, SCALED, SUM, ZERO, Layout, Nodes
 from strategies import examples
+from uncompiled import canon_of, canonical, cost, guarded, guarded_layout, kernels, nodes_of_size, values_of
 
 seeds = st.integers(0, 2**32 - 1)
 LEAVES = LAYOUT.about

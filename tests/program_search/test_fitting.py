@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
 from drawn_nodes import (
     EPS,
     FIRST,
@@ -18,13 +21,10 @@ from drawn_nodes import (
     scratch_of,
     states,
 )
-from hypothesis import given
-from hypothesis import strategies as st
-from uncompiled import canonical, guarded, kernels
-
 from gd_analyze.arrays import FloatArray
 from gd_analyze.program_search.layout import SCALED, SUM, Nodes, copied
 from strategies import examples
+from uncompiled import canonical, guarded, kernels
 
 seeds = st.integers(0, 2**32 - 1)
 STATES, FEW = 24, 10

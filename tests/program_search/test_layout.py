@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from drawn_nodes import LAYOUT, NAMES, PRICE, drawn, states, traced
 from hypothesis import given
 from hypothesis import strategies as st
-from uncompiled import canonical, cost, guarded_layout, values_of
 
+from drawn_nodes import LAYOUT, NAMES, PRICE, drawn, states, traced
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
@@ -15,6 +14,7 @@ from gd_analyze.program_search.layout import Layout, Nodes
 from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from strategies import arms, examples, random_states
+from uncompiled import canonical, cost, guarded_layout, values_of
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from drawn_nodes import FIRST, LAYOUT, drawn, evaluated, nodes_of, scratch_of, states, traced
 from hypothesis import given
 from hypothesis import strategies as st
-from uncompiled import canonical, guarded, kernels, nodes_of_size, values_of
 
+from drawn_nodes import FIRST, LAYOUT, drawn, evaluated, nodes_of, scratch_of, states, traced
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.program_search.layout import PRODUCT, SCALED, SUM, Nodes, copied
 from strategies import examples
+from uncompiled import canonical, guarded, kernels, nodes_of_size, values_of
 
 seeds = st.integers(0, 2**32 - 1)
 LEAVES = LAYOUT.about

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import uncompiled
 
 import gd_analyze as gd
 import gd_analyze.program_search as package
+import uncompiled
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault

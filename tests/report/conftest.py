@@ -6,21 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import Tab, opened, started
-from page_reader import Page
 
+from browser import Tab, opened, started
 from changed_programs import skip_searches
 from few_tries import few_tries
+from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.motions.logged import ColumnUse, Log
-from gd_analyze.motions.read import read_trajectory
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.main_page import render_html
-from gd_analyze.results.findings import Findings
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.simplification.budget import Budget
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
+from gd_analyze.types import Budget, Findings, RobotArm, Settings
+from page_reader import Page
 from recordings import Motion, swung
 
 # At which the two rods lose terms.

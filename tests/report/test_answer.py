@@ -8,7 +8,6 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
-from page_reader import Page
 
 from gd_analyze.figures.figure import Area
 from gd_analyze.figures.structure import cells, matrix_figure, shares_of_torque
@@ -17,12 +16,13 @@ from gd_analyze.report.answer import element_details, shown_verdict_lists
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
-from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
 from gd_analyze.results.run_result import stop_rows
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.text import number
+from gd_analyze.types import Findings
+from page_reader import Page
 
 EPS = np.finfo(float).eps
 

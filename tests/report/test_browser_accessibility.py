@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import NARROW, WIDE, Tab, opened
 
+from browser import NARROW, WIDE, Tab, opened
+from gd_analyze import load_arm
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
-from gd_analyze.results.findings import Findings
-from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.studies.comparison import comparison
+from gd_analyze.types import Findings
 from long_cases import long
 
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import NARROW, Tab, opened
 
 import gd_analyze as gd
+from browser import NARROW, Tab, opened
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
-from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import budget_rows
 from gd_analyze.studies.main_job import find
+from gd_analyze.types import Findings
 
 WIDTHS = "[...document.querySelectorAll('.log .fill')].map((bar) => bar.clientWidth)"
 SHOWN = "[...document.querySelectorAll('span.term')].filter((term) => term.offsetWidth).length"

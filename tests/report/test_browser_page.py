@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import NARROW, WIDE, Tab, opened
 
-from gd_analyze.results.findings import Findings
+from browser import NARROW, WIDE, Tab, opened
+from gd_analyze.types import Findings
 
 PANEL = "svg.panel[data-key='pile2']"
 

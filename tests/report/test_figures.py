@@ -35,8 +35,8 @@ from gd_analyze.figures.joints import (
 )
 from gd_analyze.figures.reach import reach_figure
 from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
-from gd_analyze.results.findings import Findings
 from gd_analyze.robots.parts import Joint
+from gd_analyze.types import Findings
 
 
 def corners(path: str) -> list[np.ndarray]:

@@ -8,10 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from page_reader import Page
-from report_cases import HOSTILE, made_findings
 
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_page import render_html
@@ -19,13 +17,13 @@ from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table
-from gd_analyze.results.findings import Findings
 from gd_analyze.results.run_result import is_unreadable, run_result
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
+from gd_analyze.types import Findings, RobotArm, Settings
 from long_cases import long
+from page_reader import Page
+from report_cases import HOSTILE, made_findings
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
 EDGES = {

@@ -7,8 +7,6 @@ import re
 from pathlib import Path
 
 import pytest
-from pdf_reader import read
-from report_cases import HOSTILE, made_findings
 
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.elements import subscripted
@@ -18,9 +16,11 @@ from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
-from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import H_NOTE
 from gd_analyze.results.run_result import stop_facts
+from gd_analyze.types import Findings
+from pdf_reader import read
+from report_cases import HOSTILE, made_findings
 
 NOW = "2024-05-01T00:00:00+00:00"
 

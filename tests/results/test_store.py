@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gd_analyze import load_findings
 from gd_analyze.results.hdf5 import OF_SCALES
-from gd_analyze.results.store import load_findings, load_results, save_results
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
 from gd_analyze.studies.study_files import write_findings
+from gd_analyze.tables import load_results, save_results
 from long_cases import long
 from strategies import names_in
 

@@ -19,9 +19,11 @@ import xarray as xr
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from gd_analyze import load_findings
 from gd_analyze.errors import StoreError
-from gd_analyze.results.store import load_findings, load_results, save_results, seal
+from gd_analyze.results.store import seal
 from gd_analyze.schema import ATTRIBUTES, COORDINATES
+from gd_analyze.tables import load_results, save_results
 from strategies import examples, names_in
 
 Edit = Callable[[h5py.File], Any]
@@ -39,8 +41,8 @@ NOISE = np.random.default_rng(1).bytes(5000)
 
 
 def test_missing_or_unreadable(tmp_path):
-    assert "no such results file" in refused(tmp_path / "none.h5").what
-    assert "no such results file" in refused(tmp_path).what
+    for path in (tmp_path / "none.h5", tmp_path):
+        assert refused(path).details["where"] == str(path)
     memory = Path("/proc/self/mem")  # whose first bytes nobody may read
     if memory.exists():
         assert "cannot read" in refused(memory).what
@@ -55,7 +57,7 @@ def test_what_no_run_wrote(tmp_path, content):
     is_hdf5 = content.startswith(b"\x89HDF")
     assert ("no digest" if is_hdf5 else "another kind of file") in refused(path).details["found"]
     seal(path)
-    assert "the results file is damaged" in refused(path).what
+    assert refused(path).details["where"] == str(path)
 
 
 def test_the_digest_is_that_of_what_comes_before(stored):
@@ -145,11 +147,12 @@ def test_forged_files_neither_hang_nor_crash(small, tmp_path):
 
 def test_foreign_hdf5(stored, tmp_path):
     gone = refused(_altered(stored, tmp_path, lambda file: file.__delitem__("dominance")))
-    assert "does not hold gd-analyze results" in gone.what
+    assert "dominance" not in gone.details["found"].split(", ")
+    assert "dominance" in gone.details["expected"].split(", ")
     path = tmp_path / "other.h5"
     xr.Dataset({"torque": ("time", [1.0, 2.0])}).to_netcdf(path, engine="h5netcdf")
     seal(path)
-    assert "does not hold gd-analyze results" in refused(path).what
+    assert "dominance" in refused(path).details["expected"]
 
 
 def _altered(stored: Path, tmp_path: Path, change, again: bool = True) -> Path:
@@ -212,7 +215,6 @@ UNWRITTEN: dict[str, tuple[Edit, str]] = {
 @pytest.mark.parametrize(("edit", "found"), UNWRITTEN.values(), ids=UNWRITTEN.keys())
 def test_what_is_never_written_is_not_read(stored, tmp_path, edit, found):
     error = refused(_altered(stored, tmp_path, edit))
-    assert error.what == "the results file is damaged"
     assert found in error.details["found"]
 
 
@@ -292,7 +294,7 @@ def everything_stored(everything_found, tmp_path_factory) -> Path:
 @pytest.mark.parametrize(("edit", "named"), EDITS.values(), ids=EDITS.keys())
 def test_what_no_report_can_be_made_of_is_refused(everything_stored, tmp_path, edit, named):
     path = _altered(everything_stored, tmp_path, edit)
-    with pytest.raises(StoreError, match="the results file is damaged") as caught:
+    with pytest.raises(StoreError) as caught:
         load_findings(path)
     assert named in caught.value.details["found"]
     assert str(path) in caught.value.details["where"]

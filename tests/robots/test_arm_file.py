@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from arm_files import ARM, PLACED, line_of
 from hypothesis import given
 
 import gd_analyze as gd
+from arm_files import ARM, PLACED, line_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.types import RobotArm
 from strategies import arms, examples, random_states
 
 
@@ -150,7 +150,7 @@ def test_files_that_end_early_or_never(file):
 
 @pytest.mark.parametrize("name", ["puma506", "", "x" * 5000, "nul\0byte"])
 def test_unknown_arms(name):
-    with pytest.raises(ArmError, match="there is no arm") as caught:
+    with pytest.raises(ArmError) as caught:
         gd.load_arm(name)
     assert "puma560, scara, stanford, two_link" in caught.value.details["expected"]
     assert ("'puma560'" in caught.value.details["next"]) == (name == "puma506")

@@ -8,17 +8,17 @@ import math
 
 import numpy as np
 import pytest
-from arm_files import link
 from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from arm_files import link
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.frames import exact_cos_sin, modified_placements, standard_placements
 from gd_analyze.robots.parts import DHRow, Drive, Joint, LinkUncertainty, Placement
+from gd_analyze.types import RobotArm
 from strategies import arms, examples
 from transforms import link_frames
 

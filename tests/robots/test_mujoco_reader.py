@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.motions.states import States
+from gd_analyze.tables import decompose_states
+from gd_analyze.types import States
 from robot_files import joint, link, mjcf, two_bodies, two_joints
 
 pytestmark = pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from arm_files import link
 from hypothesis import given
 from hypothesis import strategies as st
 
+from arm_files import link
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, GdAnalyzeWarning, UsageError
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.payload import parse_payload, with_payload
+from gd_analyze.types import RobotArm
 from strategies import arms_with_states, examples, random_inertia
 
 EPS = float(np.finfo(float).eps)

@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.dynamics.drivetrain import least_friction
 from gd_analyze.errors import ModelError, UsageError
-from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import kept_states, norm_shares, share_at
-from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
+from gd_analyze.simplification.budget import Allowance, ReferenceTorques
 from gd_analyze.simplification.effort import POINT
-from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_file import document_of
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.tables import states_in_box
+from gd_analyze.types import Budget, ExactDynamics
 from made_models import signed
 from parallel_axes import scara
 from strategies import examples
@@ -61,7 +61,7 @@ REFUSED = ("", "%", "one", "-1%", "nan", "1e999", "1% 2%", "1 kg", "1%,", "1% or
 
 @pytest.mark.parametrize("text", [*REFUSED, "1%,2%,1% or x"])
 def test_what_is_refused(text):
-    with pytest.raises(UsageError, match="budget is not understood") as caught:
+    with pytest.raises(UsageError) as caught:
         Budget.parse(text)
     assert caught.value.details["where"] == f"--budget, entry {text.count(',') + 1}"
     assert "next" in caught.value.details
@@ -69,7 +69,7 @@ def test_what_is_refused(text):
 
 @pytest.mark.parametrize("text", ["norm", "1% norm", "1% of the norm at 95% of states", "1% NORM, 2%"])
 def test_a_share_of_the_norm_is_not_a_budget(text):
-    with pytest.raises(UsageError, match="not to the norm of all") as caught:
+    with pytest.raises(UsageError) as caught:
         Budget.parse(text, "--fail-over")
     assert caught.value.details["where"] == "--fail-over"
     assert "norms of its model's error are reported" in caught.value.details["next"]
@@ -79,8 +79,9 @@ def test_a_share_of_the_norm_is_not_a_budget(text):
     "entries", [((Allowance(-0.1),),), ((Allowance(float("inf")),),), ((Allowance(0.1, "rust"),),), (), ((),)]
 )
 def test_an_impossible_budget_is_refused(entries):
-    with pytest.raises(UsageError, match=r"this is not a budget|allows nothing"):
+    with pytest.raises(UsageError) as caught:
         Budget(entries)
+    assert caught.value.details["where"] == "Budget"
 
 
 def test_each_joint_is_allowed_the_larger_of_its_amounts(puma, by):
@@ -231,7 +232,7 @@ def test_a_file_that_tells_other_norms_is_refused(model, tmp_path, factor, says)
     first, *others = document["norms"]
     document["norms"] = [(first[0], factor and factor * first[1]), *others]
     (tmp_path / "model.json").write_text(json.dumps(signed(document)))
-    with pytest.raises(ModelError, match="the model file states impossible errors") as caught:
+    with pytest.raises(ModelError) as caught:
         gd.load_model(tmp_path / "model.json")
     assert f"norms at {first[0]} of the states" in caught.value.details["where"]
     assert says in caught.value.details["expected"]

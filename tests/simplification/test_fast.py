@@ -22,9 +22,9 @@ from gd_analyze.operations.program import plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.simplification import fast
 from gd_analyze.simplification.fast import FAST
-from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.types import LEVELS, SimplifiedModel
 from recordings import swung
 from strategies import random_states
 
@@ -66,7 +66,7 @@ def test_a_level_is_known_by_its_name_or_as_itself():
     for name, level in LEVELS.items():
         assert str(level) == level.name == name
         assert level_named(name) is level_named(level) is level
-    with pytest.raises(UsageError, match="no such level") as caught:
+    with pytest.raises(UsageError) as caught:
         level_named("atom")
     assert caught.value.details["expected"] == "term, element, energy, fast"
 

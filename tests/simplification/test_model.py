@@ -11,20 +11,17 @@ from hypothesis import strategies as st
 
 from changed_programs import skip_searches
 from few_tries import few_tries
-from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
-from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import parts_of
-from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import ENERGY
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_torque import model_torque
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.tables import decompose_states, states_in_box, states_of
+from gd_analyze.types import LEVELS, Budget, ExactDynamics, SimplifiedModel, States
 from made_models import ROUND_OFF, exact_model, model_of_parts
 from strategies import arms_with_states, examples, random_states
 
@@ -80,7 +77,7 @@ def test_leading_axes(model):
 
 @pytest.mark.parametrize("shape", [(), (4, 5)])
 def test_states_of_another_arm_are_refused(model, shape):
-    with pytest.raises(ModelError, match="does not fit") as caught:
+    with pytest.raises(ModelError) as caught:
         model.gravity_loading(np.zeros(shape))
     assert caught.value.details["expected"] == "shape (..., 2)"
     assert caught.value.details["found"] == str(shape)

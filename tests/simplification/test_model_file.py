@@ -16,22 +16,21 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from changed_programs import fast_model
+from gd_analyze import Trajectory, load_model, save_model
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
-from gd_analyze.motions.states import States, states_in_box, states_of
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import plain_program, read_back
 from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.effort import COUNTING, POINT, ROUGH, THOROUGH
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
-from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.proof import proven_again
+from gd_analyze.tables import states_in_box, states_of
+from gd_analyze.types import LEVELS, SimplifiedModel, States
 from made_models import assert_same, exact_model, model_of, signed
 from recordings import swung
 from strategies import arms, arms_with_states, examples
@@ -159,8 +158,8 @@ def test_what_is_cut_off_or_lacks_a_field_is_named(shipped, path):
 
 
 def test_missing_file_folder_and_a_file_too_large(tmp_path, monkeypatch):
-    assert refused(tmp_path / "none.json").what == "cannot read the model file"
-    assert refused(tmp_path).what == "cannot read the model file"
+    for missing in (tmp_path / "none.json", tmp_path):
+        assert refused(missing).details["where"] == str(missing)
     monkeypatch.setattr(model_file, "LARGEST_FILE", 1000)
     assert refused(Path("/dev/zero")).details["found"].startswith("a file of more than")
 

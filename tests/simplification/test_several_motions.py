@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from changed_programs import skip_searches
 from few_tries import few_tries
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze import Trajectory, load_model, save_model
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.model_file import load_model, save_model
 from gd_analyze.simplification.model_torque import model_torque
 from recordings import swung
 from strategies import arms_with_states, examples, random_states

@@ -11,14 +11,13 @@ from hypothesis import strategies as st
 
 from changed_programs import fast_model, skip_searches
 from few_tries import few_tries
-from gd_analyze.simplification.budget import Budget
+from gd_analyze import trade_off
 from gd_analyze.simplification.budget_path import budget_path
-from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS, curves, trade_off
+from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS, curves
+from gd_analyze.types import Budget, ExactDynamics, SimplifiedModel
 from made_models import of_shares
 from strategies import examples, motions
 

@@ -7,8 +7,8 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.simplification.element import ElementPart, parts_of
-from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, operations_by_quantity
+from gd_analyze.types import ExactDynamics
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,9 @@ import pytest
 
 import formulation_costs
 from formulation_costs import Growth
-from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control import ControlStudy, control
-from gd_analyze.studies.control_law import CONTINUOUS, ControlSettings
-from gd_analyze.studies.simplifying import simplify
+from gd_analyze import control, simplify
+from gd_analyze.studies.control_law import CONTINUOUS
+from gd_analyze.types import ControlSettings, ControlStudy, SimplifiedModel
 
 
 @pytest.fixture(scope="module")

@@ -16,12 +16,13 @@ import pytest
 
 import batch_kills
 import gd_analyze as gd
+from gd_analyze import batch
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.studies import batch as module
 from gd_analyze.studies import batch_rows, many
-from gd_analyze.studies.batch import RECORD, batch
+from gd_analyze.studies.batch import RECORD
 
 ROWS = [
     {"arm": "two_link", "trajectory": "two-link-swing", "budget": f"{k}%", "at_set_points": "yes"}

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from gd_analyze.dynamics.decomposition import decompose_states, torque_of
+from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.simulation import Integration, simulate
-from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.payload import with_payload
@@ -21,6 +20,8 @@ from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
 from gd_analyze.studies.control_loop import Loop, ProgramDynamics, accelerations, follow
+from gd_analyze.tables import decompose_states, states_in_box
+from gd_analyze.types import States
 
 
 def world_of(model, motion, gains, **more) -> World:

@@ -11,9 +11,9 @@ import pytest
 
 import gd_analyze as gd
 from changed_programs import fast_model
+from gd_analyze import Trajectory
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.report.html import page_of
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control import followable

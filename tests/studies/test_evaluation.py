@@ -11,15 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification.box import Box
+from gd_analyze import Trajectory, evaluate
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError, TrajectoryError, UsageError
-from gd_analyze.motions.states import states_of
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.box_exits import box_exits, outside_of
-from gd_analyze.studies.evaluation import evaluate
 from gd_analyze.studies.evaluation_result import junit_xml
+from gd_analyze.tables import states_of
+from gd_analyze.types import Box
 from made_models import ROUND_OFF, exact_model
 from recordings import recorded, swung
 from strategies import examples

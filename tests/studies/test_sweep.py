@@ -9,13 +9,13 @@ import pytest
 from scipy.optimize import brentq
 
 import gd_analyze as gd
+from gd_analyze import Trajectory
 from gd_analyze.dynamics import many_arms
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.figures.figure import Cells, FigureWords
 from gd_analyze.figures.sweep import maps_figure
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.varied import VariedArm

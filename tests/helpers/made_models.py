@@ -9,21 +9,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.states import States
-from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
-from gd_analyze.simplification.budget import Allowance, Budget
+from gd_analyze.simplification.budget import Allowance
 from gd_analyze.simplification.effort import COUNTING, Effort
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import _digest
 from gd_analyze.simplification.verdicts import model_by_verdicts
+from gd_analyze.types import Budget, ExactDynamics, RobotArm, SimplifiedModel, States
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
 # tests/harmonics); a torque sums some thousand terms of that size. Models that lack a term, or hold it with

@@ -24,10 +24,10 @@ import pandas as pd
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.files import RESULT_FILES, mark_in
-from gd_analyze.results.findings import Findings
 from gd_analyze.studies import study_files
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
+from gd_analyze.types import Findings
 
 NAMES = sorted(RESULT_FILES.values())
 

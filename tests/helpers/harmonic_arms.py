@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.types import RobotArm
 from strategies import States, random_states
 
 # cos x = (e^ix + e^-ix) / 2, sin x = -i (e^ix - e^-ix) / 2; a power is itself.

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from few_tries import few_tries
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.findings import Findings
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze import Trajectory
 from gd_analyze.robots.parts import Joint, JointKind, Link, Placement
 from gd_analyze.studies.main_job import find
-from gd_analyze.studies.settings import Settings
+from gd_analyze.types import Findings, RobotArm, Settings
 from strategies import random_inertia
 
 HOSTILE = '#strong[x] $x^2$ "quoted" <script>alert(1)</script> *b* = @ref \\n'

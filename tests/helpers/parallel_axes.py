@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 import psdm_measure
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.types import RobotArm
 from strategies import random_inertia, random_rotation
 
 

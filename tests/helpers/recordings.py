@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.logged import ColumnUse, Log, Recording
-from gd_analyze.motions.states import states_of
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.tables import states_of
+from gd_analyze.types import RobotArm
 
 # Of the sines that a motion consists of, Hz.
 FREQUENCIES = np.array([0.23, 0.61, 1.4])

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rounded_programs import PAYLOAD, parameters_given
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput, Function
+from rounded_programs import PAYLOAD, parameters_given
 
 STRICT = ("-Wall", "-Wextra", "-Werror", "-pedantic")
 COMPILERS = {"c": ("gcc", "-std=c99", "main.c"), "cpp": ("g++", "-std=c++11", "main.cpp")}

@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from hypothesis import strategies as st
-from uncompiled import guarded, guarded_layout, kernels, nodes_of_size, search
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import ONE, PRODUCT, SCALED, SUM, ZERO, Layout, Nodes
+from uncompiled import guarded, guarded_layout, kernels, nodes_of_size, search
 
 NAMES = ("q1", "q2", "qd1", "qd2", "qdd1", "qdd2")
 PRICE = 3.0

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.states import States
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.simplification.effort import program_inputs
+from gd_analyze.types import States
 
 # Mass, centre of mass and inertia, as every function that takes a payload is given it.
 PAYLOAD = (2.0, 0.1, -0.05, 0.2, 0.02, 0.03, 0.04, 0.001, 0.002, -0.003)

@@ -11,8 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.motions.states import States
-from gd_analyze.robots.arm import RobotArm
+from gd_analyze.types import RobotArm, States
 
 INERTIA = {"ixx": 0.03, "iyy": 0.04, "izz": 0.05, "ixy": 0.001, "ixz": -0.002, "iyz": 0.003}
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import lagrange_euler
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.types import RobotArm
 
 Array = NDArray[Any]
 _STEP = 1e-40

@@ -11,7 +11,7 @@ import click
 
 from advice import advised_options
 from gd_analyze.cli.log_options import log_options, reading_asked
-from gd_analyze.motions.reading import Reading
+from gd_analyze.types import Reading
 
 # Words that stand for something which only the user knows, and a value of each.
 PLACEHOLDERS = {"HZ": "100", "COLUMN": "#1", "NAME": "other", "JOINT": "1", "LIST": "1", "SECONDS": "9"}

@@ -15,11 +15,10 @@ import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.states import States
-from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint, Link, Placement
+from gd_analyze.types import RobotArm, States
 
 PROFILE = "gd-analyze"
 settings.register_profile(PROFILE, derandomize=True, deadline=None, database=None, print_blob=True)

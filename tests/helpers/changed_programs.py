@@ -10,16 +10,13 @@ import numpy as np
 import pytest
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.certification.box import Box
-from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effort import program_inputs
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.fast_search import FastSearch, FastSettings
-from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.types import Box, ExactDynamics, RobotArm, SimplifiedModel, States
 from made_models import promising_nothing
 
 
