@@ -199,6 +199,11 @@ def rank(
     )
 
 
+def elements_of_torque(n_joints: int) -> int:
+    """Elements that make a joint's torque: n of D, one of h and one of c; each is allowed an equal share."""
+    return n_joints + 2
+
+
 @dataclass(frozen=True)
 class _RankingLimits:
     """Numbers that verdicts are measured by; torques are of every joint, N m, shape (n,)."""
@@ -210,8 +215,8 @@ class _RankingLimits:
 
     @property
     def floor(self) -> FloatArray:
-        """Torque up to which an element is negligible: joint i's row has n of D, one of h and one of c."""
-        return self.allowed / (len(self.allowed) + 2)
+        """Torque up to which an element is negligible."""
+        return self.allowed / elements_of_torque(len(self.allowed))
 
 
 def _allowed_torque(budget: float | FloatArray, peak_torque: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ class Language:
 
     # Templates (`exporting/templates`) by the suffix of the file made from each.
     files: ClassVar[Mapping[str, str]]
-    # A comment of several lines: its opening, the prefix of its lines, and its end.
+    # A comment of several lines: what precedes the first, the prefix of every line, and its end.
     comment: ClassVar[tuple[str, str, str]]
     # Characters that are replaced in a comment, which could end it, continue its line or be expanded.
     unfit: ClassVar[str] = r'[^\x20-\x7e]|[*\\?"`]'

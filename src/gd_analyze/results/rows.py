@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import text_verdicts
+from gd_analyze.dynamics.dominance import elements_of_torque, text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.result import Column, Table
 from gd_analyze.results.findings import Findings
@@ -78,7 +78,7 @@ def threshold_text(findings: Findings) -> str:
     share = percent(float(findings.dominance.attrs["threshold"]))
     return (
         f"parts whose loss changes the element by more than {share} of its peak; negligible, if its torque "
-        f"is at most 1/{findings.arm.n_joints + 2} of the budget"
+        f"is at most 1/{elements_of_torque(findings.arm.n_joints)} of the budget"
     )
 
 
