@@ -110,3 +110,41 @@ def test_a_wrong_argument_is_refused(name, right, tmp_path, monkeypatch):
                 function(*values)
             assert {"where", "expected", "found"} & caught.value.details.keys(), (argument, wrong)
     assert [*tmp_path.iterdir()] == []
+
+
+# Options of functions, by the function's name: each is refused with the place that it has.
+OPTIONS: list[tuple[str, str, Any]] = [
+    ("read_trajectory", "reading", {"degrees": True}),
+    ("read_trajectory", "treatment", "smooth"),
+    ("export", "name", 3),
+    ("export", "what", None),
+    ("export", "what", [3]),
+    ("export", "scalar", 3),
+    ("export", "certificate", "proven"),
+    ("certify", "effort", "much"),
+    ("analyze", "out", 3),
+    ("analyze", "formats", 3),
+    ("analyze", "settings", "1%"),
+    ("analyze", "dominance", "a tenth"),
+    ("analyze", "margin", 3j),
+    ("simplify", "margin", {"q": 1}),
+    ("tables.robustness", "samples", "many"),
+    ("tables.robustness", "samples", -2),
+]
+
+
+@pytest.mark.parametrize(("name", "option", "wrong"), OPTIONS)
+def test_a_wrong_option_is_refused(name, option, wrong, right):
+    function: Any = gd
+    for part in name.split("."):
+        function = getattr(function, part)
+    path_of_motion = {"path": "two-link-swing"}
+    values = [(right | path_of_motion)[argument] for argument in CALLS[name].split()]
+    with pytest.raises(gd.GdAnalyzeError) as caught:
+        function(*values, **{option: wrong})
+    assert {"where", "expected", "found"} <= caught.value.details.keys()
+
+
+def test_no_logs_are_refused(two_link):
+    with pytest.raises(gd.GdAnalyzeError, match="no logs"):
+        gd.identify(two_link, None)

@@ -18,7 +18,7 @@ from gd_analyze.certification.error_field import ErrorField, harmonics_slack
 from gd_analyze.certification.grid import Grid, Reached, shared_out
 from gd_analyze.certification.taylor import Bounded, bound_along
 from gd_analyze.certification.tube import Tube
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -227,6 +227,7 @@ def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
     if box.n_joints != arm.n_joints:
         expected, value = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
         raise UsageError("the box does not fit the arm", where="box", expected=expected, found=value)
+    require_type(effort, (int, np.integer), "effort", "a whole number, at least 1")
     if effort < 1:
         expected, value = "at least 1", str(effort)
         raise UsageError("the effort is not positive", where="effort", expected=expected, found=value)

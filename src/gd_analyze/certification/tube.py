@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.between import Between
 from gd_analyze.certification.box import Box
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import TrajectoryError, UsageError, require_type
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import taken_apart
 from gd_analyze.motions.trajectory import Trajectory
@@ -127,6 +127,7 @@ class Tube:
         TrajectoryError
             If two set points are so close in time that no motion leads from one to the next.
         """
+        require_type(motion, Trajectory, "motion", "a Trajectory")
         if motion.n_joints != arm.n_joints:
             message, expected = f"the trajectory does not fit arm {arm.name}", f"{arm.n_joints} joints"
             raise UsageError(message, where=motion.name, expected=expected, found=f"{motion.n_joints}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 from gd_analyze.certification.certificate import Certificate
@@ -15,7 +16,7 @@ from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python,
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
-from gd_analyze.files import replacing_together
+from gd_analyze.files import path_of, replacing_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -136,7 +137,7 @@ class Exported:
         OutputError
             If they cannot be written.
         """
-        paths = self.paths(folder)
+        paths = self.paths(path_of(folder))
         with replacing_together(paths) as temporaries:
             for temporary, text in zip(temporaries, self.files.values(), strict=True):
                 temporary.write_text(text, encoding="ascii", newline="\n")
@@ -188,10 +189,12 @@ def export(
     UsageError
         If a language, scalar or function is unknown, or name or certificate do not fit.
     """
+    require_type(what, (list, tuple), "what", f"a list of some of {', '.join(FURTHER)}")
+    require_type(certificate, (Certificate, NoneType), "certificate", "a Certificate of `certify`, or None")
     for word in what:
         if word not in FURTHER:
             expected = ", ".join(FURTHER)
-            raise UsageError("there is no such function", where="what", expected=expected, found=word)
+            raise UsageError("there is no such function", where="what", expected=expected, found=str(word))
     if isinstance(source, SimplifiedModel):
         export_input = ExportInput.of_model(source, name, certificate)
     else:
@@ -224,11 +227,11 @@ def written(
     for name in (languages,) if isinstance(languages, str) else languages:
         if name not in LANGUAGES:
             expected = f"some of {', '.join(LANGUAGES)}"
-            raise UsageError("no such language", where="languages", expected=expected, found=name)
+            raise UsageError("no such language", where="languages", expected=expected, found=str(name))
         language = CLASSES[name]
         if scalar not in language.scalars:
             message, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
-            raise UsageError(message, where="scalar", expected=expected, found=scalar)
+            raise UsageError(message, where="scalar", expected=expected, found=str(scalar))
         chosen[name] = language(scalar)
         texts = chosen[name].texts(subject)
         files |= {f"{subject.name}{suffix}": text for suffix, text in texts.items()}

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from types import NoneType, SimpleNamespace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -17,7 +17,7 @@ from gd_analyze.dynamics.base_parameters import BaseParameters, base_parameters
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.names import LONGEST, identifier, identifiers
 from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.program import OperationCount, Program
@@ -368,6 +368,7 @@ def up(value: float) -> float:
 
 def _prefix(name: str | None, default: str) -> str:
     """The given name, which must be an identifier, or one from the default."""
+    require_type(name, (str, NoneType), "name", "a name, or None")
     if name is not None and identifier(name) != name:
         raise UsageError(
             "the name is not an identifier in every language",

@@ -38,7 +38,7 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.text import named_joints, percent, with_error
+from gd_analyze.text import in_python, named_joints, percent, with_error
 from gd_analyze.threads import one_thread
 
 # Share at the end of every log that is predicted, not fitted, if no log is held out.
@@ -112,6 +112,9 @@ def identify(
     fitted, carrying, held_out_motions = (
         [] if recordings is None else motions_of(recordings, arm) for recordings in (logs, loaded, held_out)
     )
+    if not fitted:
+        message, expected = "there are no logs", "one or several logs with torques"
+        raise UsageError(message, where="logs", expected=expected, found=in_python(logs))
     if not anyway:
         _require_no_cause(arm, [*fitted, *held_out_motions])
     if mass is None:

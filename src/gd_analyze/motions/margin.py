@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from types import NoneType
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST
@@ -59,6 +60,7 @@ class Margin:
     @classmethod
     def of(cls, margin: Margin | str | None) -> Margin:
         """Margin from its text, itself, or the default."""
+        require_type(margin, (cls, str, NoneType), "margin", "a Margin, its text such as 1deg,1mm, or None")
         return cls.parse(margin) if isinstance(margin, str) else margin or cls()
 
     @classmethod

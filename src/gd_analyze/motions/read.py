@@ -7,10 +7,11 @@ import warnings
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
+from types import NoneType
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
@@ -71,6 +72,7 @@ def read_trajectory(
     >>> read_trajectory("pick-and-place", load_arm("puma560")).n_set_points
     31
     """
+    require_type(treatment, (Treatment, NoneType), "treatment", "a Treatment, or None")
     arm = arm_of(arm)
     return motion_of(read_log(path_or_name, arm, reading, progress=progress), path_or_name, arm, treatment)
 
@@ -132,6 +134,7 @@ def read_log(
     GdAnalyzeWarning
         If joints with different names are matched.
     """
+    require_type(reading, (Reading, NoneType), "reading", "a Reading, or None")
     arm, reading = arm_of(arm), reading or Reading()
     path, name, origin, data = log_source(path_or_name)
     table = log_table(path, reading, data, progress, arm.n_joints)

@@ -6,10 +6,11 @@ import difflib
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from gd_analyze.errors import UsageError, Warned
-from gd_analyze.files import RESULT_FILES, require_one_run
+from gd_analyze.errors import UsageError, Warned, require_type
+from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
@@ -104,12 +105,14 @@ def analyze(
         raise UsageError(message, where=name, expected=", ".join(names), next_step=hint)
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
+    require_type(settings, (Settings, NoneType), "settings", "a Settings object, or None")
+    require_type(formats, (list, tuple, set, frozenset), "formats", f"some of {', '.join(RESULT_FILES)}")
     parsed = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, parsed)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
-    folder, arm = Path(out), arm_of(arm)
+    folder, arm = path_of(out), arm_of(arm)
     motion = trajectory_of(trajectory, arm)
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)

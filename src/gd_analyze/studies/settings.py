@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -93,6 +93,7 @@ class Settings:
             found = f"{self.verdicts}, level {level}"
             raise UsageError("these verdicts are of no use", where="verdicts", expected=expected, found=found)
         object.__setattr__(self, "level", level)
+        require_type(self.dominance, (float, int), "dominance", "a share between 0 and 1")
         if not 0.0 < self.dominance < 1.0:
             found, expected = f"{self.dominance:g}", "a share between 0 and 1"
             raise UsageError("this is not a share", where="dominance", expected=expected, found=found)
