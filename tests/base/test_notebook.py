@@ -91,7 +91,7 @@ def test_values_are_a_line_and_a_small_table(shown):
         if hasattr(value, "_repr_html_"):
             rows = [len(row) for row in ElementTree.fromstring(f"<p>{value._repr_html_()}</p>").iter("tr")]
             assert len(set(rows)) == 1, f"as many cells in every row of {name}"
-            assert 7 <= len(rows) < 60
+            assert 6 <= len(rows) < 60
 
 
 def test_names_of_others_are_escaped(two_link, swing):
