@@ -128,6 +128,8 @@ OPTIONS: list[tuple[str, str, Any]] = [
     ("analyze", "dominance", "a tenth"),
     ("analyze", "margin", 3j),
     ("simplify", "margin", {"q": 1}),
+    ("simplify", "operations", "a"),
+    ("simplify", "effort", "long"),
     ("tables.robustness", "samples", "many"),
     ("tables.robustness", "samples", -2),
 ]
@@ -148,3 +150,11 @@ def test_a_wrong_option_is_refused(name, option, wrong, right):
 def test_no_logs_are_refused(two_link):
     with pytest.raises(gd.GdAnalyzeError, match="no logs"):
         gd.identify(two_link, None)
+
+
+def test_wrong_types_of_values_are_refused():
+    time, q = [0.0, 1.0, 2.0], [[0.0], [0.5], [1.0]]
+    with pytest.raises(gd.GdAnalyzeError, match="gaps is of a wrong type"):
+        gd.Trajectory(time, q, q, q, gaps=("a",))
+    with pytest.raises(gd.GdAnalyzeError, match="wrong type"):
+        gd.types.Budget.parse(None)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import numbers
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -145,6 +146,8 @@ class Trajectory:
         for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
             expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
             raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
+        for row in self.gaps:
+            require_type(row, numbers.Integral, "gaps", "numbers of set points, from 0")
         object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
         if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
             expected = f"ascending numbers from 1 to {len(self.q) - 1}"

@@ -12,7 +12,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import least_friction
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, in_python
 from gd_analyze.units import Quantity
@@ -139,6 +139,7 @@ class Budget:
         >>> str(Budget.parse("1% or 10% of friction, 0.2"))
         '1% or 10% friction, 0.2 N m'
         """
+        require_type(text, str, option, 'a text such as "1%" or "1% or 10% friction"')
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
             raise UsageError(
                 "a budget is allowed to every joint, not to the norm of all",

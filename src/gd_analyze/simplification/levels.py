@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+import numbers
 from dataclasses import dataclass
 
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
@@ -55,6 +56,13 @@ class SearchOptions:
                 expected="level term or energy",
                 found=f"level {level}",
             )
+        for name, kind, expected in (
+            ("effort", numbers.Real, "a number above 0"),
+            ("sine_price", numbers.Real, "a number of operations"),
+            ("within", (numbers.Real, type(None)), "a number of seconds"),
+            ("operations", (numbers.Integral, type(None)), "a number of operations"),
+        ):
+            require_type(getattr(self, name), kind, name, expected)
         if not self.effort > 0.0:
             value = str(self.effort)
             raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
