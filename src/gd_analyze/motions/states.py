@@ -238,8 +238,10 @@ def broadcast_states(
             raise error(message, where=name, expected=expected, found=str(array.shape))
         require_possible(array, name, error)
     try:
-        return list(np.broadcast_arrays(*arrays))
+        shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
         message, expected = f"{' and '.join(quantities)} differ in shape", "equal leading axes, or axes of 1"
         shapes = ", ".join(f"shape {array.shape}" for array in arrays)
         raise error(message, where=", ".join(quantities), expected=expected, found=shapes) from None
+    # Views that cannot be written: of those of `broadcast_arrays` NumPy warns as soon as they are asked.
+    return [np.broadcast_to(array, shape) for array in arrays]
