@@ -108,6 +108,7 @@ def test_the_option_mends_the_log(kind, option, good, tmp_path):
     assert mended["remains_before"] < 2.0 * found["remains_after"] + 0.02
 
 
+@pytest.mark.slow
 def test_the_zero_of_a_slide(tmp_path):
     """The boom of a Stanford arm, whose reach other joints feel."""
     robot = Robot.of(gd.load_arm("stanford"), 5)

@@ -195,6 +195,7 @@ def test_single_elements_are_those_of_the_whole(arm, data):
         assert max(apart, default=0.0) <= max(harmonics.noise)
 
 
+@pytest.mark.slow
 def test_outer_elements_of_an_arm_whose_whole_takes_too_much_memory(rng):
     arm = arm_of(["askew"] * 12, rng)
     with pytest.raises(ArmError, match=r"takes too much memory") as raised:

@@ -90,6 +90,7 @@ def test_constants_off_by_two_are_doubted(puma, sound, factor):
     assert set(found.doubts) <= set(found.arm.doubts)
 
 
+@pytest.mark.slow
 def test_an_arm_that_hangs_is_refused(puma, true, states):
     hanging = replace(true, arm=replace(true.arm, gravity=-true.arm.gravity))
     with pytest.raises(UsageError, match="hangs from the ceiling"):

@@ -306,6 +306,7 @@ def test_what_cannot_be_identified(puma, true, motion):
     assert refused(puma, with_torque(log, np.random.default_rng(0).normal(size=log.q.shape))).what
 
 
+@pytest.mark.slow
 def test_the_log_of_another_robot_is_no_models(puma, true, motion):
     """Torques of another motion, and of the same joints in another order."""
     log = true.exact_log(*motion)

@@ -28,7 +28,7 @@ def violations(tab: Tab) -> list[str]:
     return [f"{one['id']}: {one['nodes'][0]['html']}" for one in found["violations"]]
 
 
-@pytest.mark.parametrize(("width", "scheme"), [long(WIDE, "light"), (NARROW, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), [long(WIDE, "light"), long(NARROW, "dark")])
 def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) -> None:
     with opened(browser, file, width, color_scheme=scheme, reduced_motion="reduce") as tab:
         tab.drag_budget(20)

@@ -144,6 +144,7 @@ def test_the_shoulder_to_elbow_length_of_the_puma(puma, pick_and_place):
     assert [round(changes[key][3], 3) for key in ("h3", "D15", "h4")] == [0.233, 0.469, 0.453]
 
 
+@pytest.mark.slow
 def test_lines_of_two_parameters_lie_where_one_of_them_changes_the_verdict(puma, pick_and_place):
     both = gd.sweep(
         puma, pick_and_place, ["joint2.a=0.2..0.6:3", "link3.mass=1..8:3"], operations="none", precision=2e-3
