@@ -258,7 +258,13 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
 
 def _by_verdict(needed: FloatArray, samples: int) -> FloatArray:
     """Counts by verdict from counts of translation, rotation and both needed."""
-    translation, rotation, either = np.moveaxis(needed, -1, 0)
+    translation, rotation, both_needed = np.moveaxis(needed, -1, 0)
     return np.stack(
-        [translation - either, rotation - either, either, samples - translation - rotation + either], -1
+        [
+            translation - both_needed,
+            rotation - both_needed,
+            both_needed,
+            samples - translation - rotation + both_needed,
+        ],
+        -1,
     )
