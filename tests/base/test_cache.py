@@ -87,7 +87,7 @@ def test_another_entrys_content_a_device_no_folder_and_a_full_disk(place, monkey
 
 
 def test_old_entries_go(place, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.cache.MOST", 20_000)
+    monkeypatch.setattr("gd_analyze.simplification.cache.LARGEST_CACHE", 20_000)
     place.mkdir(parents=True)
     (place / "notes.txt").write_text("the user's" * 10_000)
     names = [name_of(k) for k in range(60)]

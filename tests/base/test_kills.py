@@ -6,8 +6,8 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
+import kills
 import pytest
 
 # Six after each number of renames, the others at random.
@@ -17,7 +17,7 @@ KILLS = int(os.environ.get("GD_ANALYZE_KILLS", "9"))
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL and fork, which only POSIX has")
 def test_kills(tmp_path):
-    words = [sys.executable, str(Path(__file__).parent / "kills.py"), str(tmp_path), str(KILLS), "1987"]
+    words = [sys.executable, kills.__file__, str(tmp_path), str(KILLS), "1987"]
     alone = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}  # as the process forks
     done = subprocess.run(words, capture_output=True, text=True, check=False, env=alone)
     assert done.returncode == 0, done.stderr

@@ -158,7 +158,11 @@ def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
     # Both searches climb from the worst of many states, and end at the same maxima: measured, within 0.1 %.
     assert (ascended(held.model, box, rng, 2) <= 1.01 * held.found).all()
     assert (held.found >= 0.8 * allowed).any()
-    assert (held.tried, held.tried_are, held.certificate) == (falsification.POSITIONS, "positions", None)
+    assert (held.tried, held.tried_are, held.certificate) == (
+        falsification.RANDOM_POSITIONS,
+        "positions",
+        None,
+    )
     assert held.model.accuracy.fitted_on == exact.states.described
     sampled = simplify_exact(exact, "5%", quick)
     assert (ascended(sampled, box, rng, 1) > 1.05 * allowed).any()
@@ -215,7 +219,7 @@ def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch
     skip_proofs(monkeypatch)
     tried = simplify_held(exact, "40%", tube, SearchOptions("fast"))
     assert tried.model.saves
-    assert tried.tried == falsification.TRIED
+    assert tried.tried == falsification.RANDOM_STATES
     rng = np.random.default_rng(0)
     for motion in taken_apart(motions):
         alone, own = gd.types.ExactDynamics.of(two_link, motion), gd.types.Tube.along(two_link, motion)
@@ -234,7 +238,7 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     exact, tube = gd.types.ExactDynamics.of(two_link, swing), gd.types.Tube.along(two_link, swing)
     held = simplify_held(exact, "60%", tube, SearchOptions("fast"))
     assert held.model.saves
-    assert (held.tried, held.where) == (falsification.TRIED, tube.where)
+    assert (held.tried, held.where) == (falsification.RANDOM_STATES, tube.where)
     certificate = gd.certify(held.model, tube)
     assert (held.found <= exact.allowed("60%")).all()
     # An ascent to the ends of small boxes finds nearly all that the proof allows for.

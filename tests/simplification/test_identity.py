@@ -20,7 +20,7 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification import cache, effort, exact
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.identity import (
-    FOUND,
+    LEAST_DIFFERENCE,
     formal_degrees,
     largest_difference,
     states_needed,
@@ -119,7 +119,7 @@ def test_the_highest_bump_of_a_low_degree_is_found(moving):
     trace, centre = Trace(), np.random.default_rng().uniform(-math.pi, math.pi, 6)
     q, qd, qdd = (trace.inputs(name, 6)[:, 0] for name in ("q", "qd", "qdd"))
     value = known.folded(trace, {})
-    hidden = FOUND * size[3] * moving(qd, qdd) * bump(q, centre, 1)
+    hidden = LEAST_DIFFERENCE * size[3] * moving(qd, qdd) * bump(q, centre, 1)
     forged = Program.of(trace, [value(x) + hidden * (i == 3) for i, x in enumerate(known.outputs)])
     apart, _ = largest_difference(forged, known, arm.is_revolute, 1e-10)
     assert apart[3] > 1e-10 * size[3]
@@ -173,4 +173,4 @@ def test_states_are_new_each_time():
     first, second = (next(telling_states([program], TURNS, 1e-10)) for _ in range(2))
     assert isinstance(first, States)
     assert not (first.q == second.q).any()
-    assert exact.REWRITTEN < FOUND
+    assert exact.REWRITTEN < LEAST_DIFFERENCE

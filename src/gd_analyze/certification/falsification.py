@@ -6,6 +6,7 @@ In a box positions alone are random: velocities and accelerations are the worst 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -23,24 +24,29 @@ from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
 # Random states of a tube per round.
-TRIED = 200_000
+RANDOM_STATES = 200_000
 # Random states at a time.
-AT_ONCE = 50_000
-# Most states that are added per joint: those that exceed the budget.
-_JOINING = 30
-# Most states of a box that are added per joint for programs.
-_JOINING_PROGRAMS = 150
-# Share of the budget from which on states are added for programs.
-_NEARLY = 0.8
-# Steps of an ascent in a small box.
-_STEPS = 3
+STATES_AT_ONCE = 50_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class _AttackSettings:
+    """Random states of a region, and ascents from the worst."""
+
+    joining_per_joint: int = 30  # most states added to the fit per joint: those that exceed the budget
+    joining_per_joint_of_programs: int = 150  # most states of a box added per joint for programs
+    near_budget: float = 0.8  # share of the budget from which on states are added for programs
+    tube_ascent_steps: int = 3  # steps of an ascent in a small box of a tube
+    positions_at_once: int = 4_000  # random positions of a box at a time
+    # Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors
+    # of three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
+    ascents: int = 4
+
+
+_SETTINGS = _AttackSettings()
+
 # Random positions of a box per round.
-POSITIONS = 20_000
-# Random positions at a time.
-_TOGETHER = 4_000
-# Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors of
-# three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
-_STARTS = 4
+RANDOM_POSITIONS = 20_000
 
 
 def worst_found(
@@ -53,7 +59,7 @@ def worst_found(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
-    least = _NEARLY if model.level.is_program else 1.0
+    least = _SETTINGS.near_budget if model.level.is_program else 1.0
 
     @cache
     def batches(count: int) -> tuple[Batch, Batch]:
@@ -68,13 +74,13 @@ def worst_found(
         return np.asarray((shares.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
 
     largest, worst = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(count // AT_ONCE):
+    for _ in range(count // STATES_AT_ONCE):
         if (largest > 1.0).any():
             break  # ascents from the first ones have found enough
-        lower, upper, counts = region.pieces(AT_ONCE, rng)
+        lower, upper, counts = region.pieces(STATES_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
         for i, errors in enumerate(share(states, counts)):
-            top = np.argpartition(-errors, _JOINING)[:_JOINING]
+            top = np.argpartition(-errors, _SETTINGS.joining_per_joint)[: _SETTINGS.joining_per_joint]
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
             share_at = partial(share, counts=counts[top])
@@ -94,7 +100,7 @@ def _climbed(
 ) -> FloatArray:
     """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
     count, n = states.shape[1:]
-    for _ in range(_STEPS):
+    for _ in range(_SETTINGS.tube_ascent_steps):
         present = share(states)[joint]
         # By end, kind and number of the variable that moves.
         moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
@@ -175,15 +181,18 @@ def worst_in_box(
     worst at each. For programs more states are returned, as they have no terms that few states determine.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
-    least, joining = (_NEARLY, _JOINING_PROGRAMS) if model.level.is_program else (1.0, _JOINING)
+    if model.level.is_program:
+        least, joining = _SETTINGS.near_budget, _SETTINGS.joining_per_joint_of_programs
+    else:
+        least, joining = 1.0, _SETTINGS.joining_per_joint
     largest, beyond = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(POSITIONS // _TOGETHER):
+    for _ in range(RANDOM_POSITIONS // _SETTINGS.positions_at_once):
         if least == 1.0 and (largest > 1.0).any():
             break  # the first ones have found enough
-        q = rng.uniform(box.lower, box.upper, (_TOGETHER, n)).T
+        q = rng.uniform(box.lower, box.upper, (_SETTINGS.positions_at_once, n)).T
         for i, values in enumerate(errors.factors(q)):
             top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:joining]]
-            highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, :_STARTS])
+            highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, : _SETTINGS.ascents])
             states = errors.worst(np.hstack([highest, top]), i)
             sizes = np.abs(errors.at(states))
             largest = np.maximum(largest, sizes.max(axis=1))

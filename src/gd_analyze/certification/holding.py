@@ -14,7 +14,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
-from gd_analyze.certification.falsification import POSITIONS, TRIED, worst_found, worst_in_box
+from gd_analyze.certification.falsification import RANDOM_POSITIONS, RANDOM_STATES, worst_found, worst_in_box
 from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.program_holding import program_held
 from gd_analyze.certification.tube import Tube
@@ -29,25 +29,26 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.verdicts import require_no_budget
 from gd_analyze.threads import one_thread
 
-# Most rounds.
-_ROUNDS = 16
-# Rounds in which the budget of a joint shrinks to a constant share. For positions, as many rounds before them
-# leave it unchanged.
-_PATIENT = 4
-# That share.
-_SLIGHTLY = 0.96
-# Power of the excess by which the budget shrinks in later rounds.
-_SHRINKING = 0.5
-# Share of a usual search in each round but the first; others continue it.
-_EFFORT = 0.25
-# States drawn at first, beside those given.
-_DRAWN = 300
-# Positions at which the model's D is compared with D.
-_POSITIONS = 1000
-# Ratio of a bound to the budget above which the bound is not improved.
-_LOOSE = 1.5
-# Rounds after which no bound above the budget is improved.
-_CLOSING = 8
+
+@dataclass(frozen=True, kw_only=True)
+class _RoundSettings:
+    """Rounds of fitting a model and testing it over a region."""
+
+    most_rounds: int = 16  # most rounds
+    # Rounds in which the budget of an exceeding joint shrinks to `slight_shrink`. For positions, as many
+    # rounds before them leave it unchanged.
+    patient_rounds: int = 4
+    slight_shrink: float = 0.96  # share of the budget in these rounds
+    shrink_power: float = 0.5  # power of the excess by which the budget shrinks in later rounds
+    continued_effort: float = 0.25  # share of a usual search in each round but the first; others continue it
+    drawn_states: int = 300  # states drawn at first, beside those of the motion
+    gamma_positions: int = 1000  # positions at which the model's D is compared with D
+    loose_bound: float = 1.5  # ratio of a bound to the budget above which the bound is not improved
+    closing_round: int = 8  # rounds after which no bound above the budget is improved
+
+
+_SETTINGS = _RoundSettings()
+
 
 _USUAL = SearchOptions()
 
@@ -167,14 +168,20 @@ class _Rounds:
         n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
         share = np.ones(n)
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
-        lower, upper, weights = self.region.pieces(_DRAWN, np.random.default_rng(0))
+        lower, upper, weights = self.region.pieces(_SETTINGS.drawn_states, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
         sample = first = self.exact.joined_by(drawn, weights)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
-        search = replace(options, writing=ROUGH, effort=options.effort * _EFFORT, dearer=True, selections=[])
-        for turn in range(_ROUNDS):
+        search = replace(
+            options,
+            writing=ROUGH,
+            effort=options.effort * _SETTINGS.continued_effort,
+            dearer=True,
+            selections=[],
+        )
+        for turn in range(_SETTINGS.most_rounds):
             if len(counts):
                 sample = first.joined_by(worst, counts)
             model = simplify_exact(
@@ -194,7 +201,7 @@ class _Rounds:
             if (errors <= allowed).all():
                 trial, singular = self._with_gamma(trial)
                 # Where D was usable at the states of the search, it shall be so everywhere near them.
-                if singular.size and turn + 1 < _ROUNDS:
+                if singular.size and turn + 1 < _SETTINGS.most_rounds:
                     worst = np.concatenate([worst, singular], axis=1)
                     counts = np.concatenate([counts, self.region.counts_at(singular)])
                     continue
@@ -210,11 +217,11 @@ class _Rounds:
             beyond = errors > allowed
             needed = np.where(beyond, 0.98 * allowed / np.where(beyond, errors, 1.0), 1.0)
             # States at their worst say enough about velocities: with more of them the budget often holds.
-            late = turn - (_PATIENT if trial.tried_are == "positions" else 0)
-            if late >= _PATIENT:
-                share = share * needed**_SHRINKING
+            late = turn - (_SETTINGS.patient_rounds if trial.tried_are == "positions" else 0)
+            if late >= _SETTINGS.patient_rounds:
+                share = share * needed**_SETTINGS.shrink_power
             elif late >= 0:
-                share = np.where(beyond, np.minimum(share, _SLIGHTLY), share)
+                share = np.where(beyond, np.minimum(share, _SETTINGS.slight_shrink), share)
         everything = with_gamma(self.exact, exactly(self.exact, options.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
@@ -228,15 +235,15 @@ class _Rounds:
             errors, states = worst_in_box(model, self.exact, self.region, allowed, seed)
             # States of the search are tried, too.
             errors = np.maximum(errors, model.accuracy.errors.largest)
-            return Held(model, None, POSITIONS, errors, where, tried_are="positions"), states
+            return Held(model, None, RANDOM_POSITIONS, errors, where, tried_are="positions"), states
         certificate = self._proof(model, allowed, tighten=False)
-        loose = _LOOSE if turn < _CLOSING else 1.0
+        loose = _SETTINGS.loose_bound if turn < _SETTINGS.closing_round else 1.0
         errors = certificate.counting
         if isinstance(self.region, Box) or self.certified or (errors <= loose * allowed).all():
             states = np.stack(certificate.worst_states)[:, errors > allowed]
             return Held(model, certificate, 0, errors, where), states
-        errors, states = worst_found(model, self.exact, self.region, allowed, seed, TRIED)
-        return Held(model, certificate, TRIED, errors, where), states
+        errors, states = worst_found(model, self.exact, self.region, allowed, seed, RANDOM_STATES)
+        return Held(model, certificate, RANDOM_STATES, errors, where), states
 
     def _with_gamma(self, trial: Held) -> tuple[Held, FloatArray]:
         """State gamma over further positions, and return the states (3, M, n) of those where it is 1 or more.
@@ -244,7 +251,7 @@ class _Rounds:
         None are returned if gamma is that large at states of the search, which then cannot make D usable.
         """
         model, nothing = trial.model, np.empty((3, 0, self.exact.arm.n_joints))
-        lower, upper, _ = self.region.pieces(_POSITIONS, np.random.default_rng(1))
+        lower, upper, _ = self.region.pieces(_SETTINGS.gamma_positions, np.random.default_rng(1))
         states = np.random.default_rng(1).uniform(lower, upper)
         drawn = self.exact.at(States(*states))
         drawn_gammas = model.gammas(drawn)

@@ -12,8 +12,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, usual_effort
 from gd_analyze.certification.falsification import (
-    POSITIONS,
-    TRIED,
+    RANDOM_POSITIONS,
+    RANDOM_STATES,
     largest_at,
     worst_found,
     worst_in_box,
@@ -44,11 +44,20 @@ class _RegionSettings:
 
 _NEAR = _RegionSettings(pool=100_000, scouts=0, fresh=3, searches=4)
 _WITHIN = _RegionSettings(pool=300_000, scouts=2, fresh=4, searches=5, untried=400_000)
-# Share of the budget at which a joint's next error is aimed. It is met if errors and bounds then exceed those
-# at the pool by as much as now.
-_MARGIN = 0.995
-# Least share of its budget that a joint is allowed in a search.
-_LEAST_SHARE = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class _AimSettings:
+    """How a search's budget follows what its proof or attack shows."""
+
+    # Share of the budget at which a joint's next error is aimed. It is met if errors and bounds then exceed
+    # those at the pool by as much as now.
+    aimed_share: float = 0.995
+    least_share: float = 0.5  # least share of its budget that a joint is allowed in a search
+    shown_states: int = 300  # states of the region that are shown with a model, beside those given
+
+
+_AIM = _AimSettings()
 
 
 def program_held(
@@ -92,19 +101,15 @@ def program_held(
             break
         # The share grows only after a program held, and then by the square root of the room that it left.
         most = 1.0 if best is not None else share
-        room = _MARGIN * allowed / np.maximum(trial.found, 1e-300)
-        share = np.clip(share * np.minimum(room, np.sqrt(room)), _LEAST_SHARE, most)
+        room = _AIM.aimed_share * allowed / np.maximum(trial.found, 1e-300)
+        share = np.clip(share * np.minimum(room, np.sqrt(room)), _AIM.least_share, most)
         q, qd, qdd = states
         search.learn(exact.at(States(q, qd, qdd, weights=region.counts_at(states))), share)
     if best is None:
         model = replace(with_gamma(exact, exactly(exact, FAST, allowed, stated)), provenance=dict(provenance))
         return Held(model, near=exact, stopped=search.stopped)
-    near = exact.joined_by(drawn[:, :_SHOWN], counts[:_SHOWN])
+    near = exact.joined_by(drawn[:, : _AIM.shown_states], counts[: _AIM.shown_states])
     return best._replace(model=proven(best.model, best.certificate), near=near, stopped=search.stopped)
-
-
-# States of the region that are shown with a model, beside those given.
-_SHOWN = 300
 
 
 def _pool(region: Box | Tube, count: int, seed: int = 0) -> tuple[FloatArray, FloatArray]:
@@ -143,11 +148,11 @@ def _tested(
             fresh, _ = _pool(region, settings.untried, turn + 1)
             errors = np.maximum(errors, largest_at(model, exact, fresh))
         if not certified or (errors > allowed).any():
-            return Held(model, None, POSITIONS, errors, where, tried_are="positions"), states
+            return Held(model, None, RANDOM_POSITIONS, errors, where, tried_are="positions"), states
     else:
-        errors, states = worst_found(model, exact, region, allowed, turn + 1, TRIED)
+        errors, states = worst_found(model, exact, region, allowed, turn + 1, RANDOM_STATES)
         if (errors > allowed).any():
-            return Held(model, None, TRIED, errors, where), states
+            return Held(model, None, RANDOM_STATES, errors, where), states
     certificate: Certificate | None = None
     with suppress(TooLongError):
         proof_effort = effort if certified else usual_effort(model, effort)
@@ -156,6 +161,6 @@ def _tested(
                 model, region, effort=proof_effort, harmonics=exact.form.harmonics, limit=allowed
             )
     if certificate is None:
-        return Held(model, None, TRIED, errors, where), states
+        return Held(model, None, RANDOM_STATES, errors, where), states
     bound = certificate.counting
     return Held(model, certificate, 0, bound, where), np.stack(certificate.worst_states)[:, bound > allowed]

@@ -6,6 +6,7 @@ The error is e = sum_p F_p(q) u_a u_b with u = (1, velocities, accelerations); d
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,17 +16,23 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.tube import Tube
 
-# Numbers of one harmonic in all boxes treated together, which fit the cache.
-_AT_ONCE = 1 << 16
+
+@dataclass(frozen=True, kw_only=True)
+class _HalvingSettings:
+    """Which boxes of a tube are halved, and when a bound is close enough."""
+
+    # Numbers of one harmonic in all boxes treated together, which fit the cache.
+    numbers_at_once: int = 1 << 16
+    sum_rounding: float = 1e-8  # relative rounding of a sum of some ten million numbers, more than any has
+    # Boxes whose bound exceeds the worst error found by less than this factor need no closer look.
+    close_bound: float = 1.01
+    tightening_share: float = 0.05  # share of the effort spent on a bound that is within the limit already
+    halved_at_once: int = 256  # boxes halved at a time
+
+
+_HALVING = _HalvingSettings()
+
 _EPS = float(np.finfo(float).eps)
-# Rounding of a sum of some ten million numbers, more than any has.
-_ROUNDINGS = 1e-8
-# Boxes whose bound exceeds the worst error found by less than this need no closer look.
-_CLOSE = 1.01
-# Share of the effort spent on a bound that is within the limit already.
-_TIGHTENING = 0.05
-# Boxes halved at a time.
-_HALVED = 256
 
 
 class Bounded(NamedTuple):
@@ -72,12 +79,13 @@ def bound_along(
             if largest > limit:
                 break
             near = np.flatnonzero(counting * boxes.bounds > limit)
-        if not near.size and (limit is None or (tighten and spent - len(tube) < _TIGHTENING * effort)):
-            near = np.flatnonzero(counting * boxes.bounds > _CLOSE * largest + counting * least)
+        may_tighten = tighten and spent - len(tube) < _HALVING.tightening_share * effort
+        if not near.size and (limit is None or may_tighten):
+            near = np.flatnonzero(counting * boxes.bounds > _HALVING.close_bound * largest + counting * least)
         if not near.size or spent + 2 > effort:
             break
         order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
-        near = near[order[: min(_HALVED, (effort - spent) // 2)]]
+        near = near[order[: min(_HALVING.halved_at_once, (effort - spent) // 2)]]
         halves = form.halved(boxes.at(near))
         largest, state, piece = max((largest, state, piece), halves.worst(counts), key=lambda worst: worst[0])
         boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
@@ -148,7 +156,7 @@ class TaylorForm:
 
     def boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> Boxes:
         """Bound the error in boxes."""
-        step = max(1, _AT_ONCE // max(1, len(self.field.polynomial)))
+        step = max(1, _HALVING.numbers_at_once // max(1, len(self.field.polynomial)))
         cuts = range(step, centre.shape[1], step)
         parts = zip(*(np.split(x, cuts, axis=-1) for x in (centre, half, pieces)), strict=True)
         return Boxes.joined([self._boxes(*part) for part in parts])
@@ -179,7 +187,7 @@ class TaylorForm:
         bound = np.maximum(up, down) + second.sum(axis=0) / 2 + above
         # Derivatives times half widths are no larger than the orders they belong to, and those up to the
         # second are less than four times 1 + D^3 / 6: so are their roundings.
-        bound += 4.0 * self.field.round_off + _ROUNDINGS * above
+        bound += 4.0 * self.field.round_off + _HALVING.sum_rounding * above
         bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.omitted + self.field.round_off
         turned = half[: self.n] * np.array(self.field.polynomial.degrees)[:, None]
         second[: self.n] += above * turned / np.maximum(turned.sum(axis=0), np.finfo(float).tiny)

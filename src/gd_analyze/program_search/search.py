@@ -32,14 +32,19 @@ class SearchSizes:
 
 
 USUAL_SIZES = SearchSizes()
-# States of a block that fits the cache.
-_BLOCK = 256
-# States at which the numbers of an edit are estimated.
-_ESTIMATED = 48
-# Rounds of a refit at the pool.
-_ROUNDS = 10
-# Share of the limit that such a refit aims at.
-_AIM = 0.99
+
+
+@dataclass(frozen=True, kw_only=True)
+class _RefitSettings:
+    """Blocks of states, and the refit of numbers at the whole pool."""
+
+    block_states: int = 256  # states of a block that fits the cache
+    estimation_states: int = 48  # states at which the numbers of an edit are estimated
+    rounds: int = 10  # rounds of a refit at the pool
+    aimed_share: float = 0.99  # share of the limit that such a refit aims at
+
+
+_REFIT = _RefitSettings()
 
 
 class Pool:
@@ -108,7 +113,7 @@ class ProgramSearch:
                 np.zeros((numbers, numbers)),
                 np.zeros(numbers),
                 np.zeros(1, dtype=np.int64),
-                np.zeros((room, min(screened, _ESTIMATED))),
+                np.zeros((room, min(screened, _REFIT.estimation_states))),
             )
 
         def whole(*shape: int) -> FloatArray:
@@ -133,7 +138,7 @@ class ProgramSearch:
             weights=whole(outputs, screened),
             numbers=whole(room),
             dense=whole(numbers, numbers),
-            remainder=whole(min(screened, _ESTIMATED)),
+            remainder=whole(min(screened, _REFIT.estimation_states)),
             gathered=kernels.Sample(
                 whole(room, screened),
                 whole(outputs, screened),
@@ -141,8 +146,8 @@ class ProgramSearch:
                 whole(outputs, screened),
             ),
             column=whole(sizes.active),
-            block=whole(room, _BLOCK),
-            block_errors=whole(outputs, _BLOCK),
+            block=whole(room, _REFIT.block_states),
+            block_errors=whole(outputs, _REFIT.block_states),
         )
 
     def cost(self, nodes: Nodes) -> float:
@@ -212,7 +217,7 @@ class ProgramSearch:
                 return True
             self._remember(limit)
             self._choose(nodes)
-            kernels.refit(nodes, self.active, self._memory, first, _ROUNDS, _AIM * limit)
+            kernels.refit(nodes, self.active, self._memory, first, _REFIT.rounds, _REFIT.aimed_share * limit)
         return bool(np.abs(self.errors(nodes)).max() <= limit)
 
     def run(

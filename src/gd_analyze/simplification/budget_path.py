@@ -4,26 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import MANY, TooManyTermsError, candidates_of
+from gd_analyze.simplification.candidates import MANY_TERMS, TooManyTermsError, candidates_of
 from gd_analyze.simplification.effort import effort_for
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
 
-# Largest multiple of the model's budget.
-_LARGEST = 10.0
-# Steps from the smallest budget to the model's, and as many from there to the largest.
-_STEPS = 10
-# Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
-_SMALLEST = (0.1, 0.2, 0.4, 0.7)
-# States that represent a longer motion.
-_STATES = 300
+
+@dataclass(frozen=True, kw_only=True)
+class _PathSettings:
+    """The budgets along which a model is followed."""
+
+    largest_factor: float = 10.0  # largest multiple of the model's budget
+    steps: int = 10  # steps from the smallest budget to the model's, and as many from there to the largest
+    # Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
+    smallest_factors: tuple[float, ...] = (0.1, 0.2, 0.4, 0.7)
+    most_states: int = 300  # states that represent a longer motion
+
+
+_SETTINGS = _PathSettings()
+
 # Budgets far below the model's keep many terms: they are dropped in larger portions.
 _PORTIONS = SelectionSettings(at_once=0.02)
 
@@ -74,25 +80,25 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
 def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
     assert isinstance(model.level, CandidateLevel)
-    thinned = exact.thinned(_STATES)
-    for smallest in _SMALLEST:
+    thinned = exact.thinned(_SETTINGS.most_states)
+    for smallest in _SETTINGS.smallest_factors:
         with suppress(TooManyTermsError):
             candidates = candidates_of(
                 thinned, model.level, smallest * model.accuracy.allowed, included=model.terms
             )
-            if len(candidates) <= max(MANY, len(model.terms)):
+            if len(candidates) <= max(MANY_TERMS, len(model.terms)):
                 break
     else:
         return
     selection, stays = candidates.selection(), candidates.selection(model.terms).selected
-    for factor in np.geomspace(smallest, 1.0, _STEPS + 1)[:-1].tolist():
+    for factor in np.geomspace(smallest, 1.0, _SETTINGS.steps + 1)[:-1].tolist():
         descend(selection, stays, _PORTIONS, limit=factor / smallest)
         yield factor, candidates.chosen(selection.selected)
 
 
 def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each larger budget: fewer and fewer of the model's, with their coefficients."""
-    level, form, thinned = model.level, model.form, exact.thinned(_STATES)
+    level, form, thinned = model.level, model.form, exact.thinned(_SETTINGS.most_states)
     assert isinstance(level, CandidateLevel)
     listed, allowed = list(model.terms), model.accuracy.allowed
     torque = model.torque(*thinned.states.arrays)
@@ -105,6 +111,6 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     selection = Selection(
         TermChoice(effects, base, level.costs(form, listed, 0)), np.ones(len(listed), dtype=bool)
     )
-    for factor in np.geomspace(1.0, _LARGEST, _STEPS + 1)[1:].tolist():
+    for factor in np.geomspace(1.0, _SETTINGS.largest_factor, _SETTINGS.steps + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
         yield factor, {listed[k]: model.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}

@@ -22,9 +22,9 @@ from gd_analyze.files import read_at_most, replacing
 
 VARIABLE = "GD_ANALYZE_CACHE"
 # Most bytes of an entry.
-_LARGEST = 2_000_000
+_LARGEST_ENTRY = 2_000_000
 # Most bytes of the folder. Beyond it, the least recently used entries are removed, down to half of it.
-MOST = 20_000_000
+LARGEST_CACHE = 20_000_000
 _SUFFIX = ".gd.json"
 
 _off: ContextVar[bool] = ContextVar("without the cache", default=False)
@@ -70,7 +70,7 @@ def kept(name: str) -> Any:
     path = place / (name + _SUFFIX)
     # Others may have written there: anything that is not JSON, too deep, too large or foreign is ignored.
     with suppress(Exception):
-        digest, _, body = (read_at_most(path, _LARGEST) or b"").partition(b"\n")
+        digest, _, body = (read_at_most(path, _LARGEST_ENTRY) or b"").partition(b"\n")
         if digest.decode("ascii") == _digest(name, body):
             value = json.loads(body)
             with suppress(OSError):
@@ -103,7 +103,7 @@ def _make_room(place: Path) -> None:
             status = path.lstat()
             entries.append((status.st_mtime, status.st_size, path))
     total = sum(size for _, size, _ in entries)
-    most = MOST if total <= MOST else MOST // 2
+    most = LARGEST_CACHE if total <= LARGEST_CACHE else LARGEST_CACHE // 2
     for _, size, path in sorted(entries):
         if total <= most:
             return

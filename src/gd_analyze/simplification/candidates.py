@@ -26,13 +26,20 @@ from gd_analyze.simplification.selection import Selection, TermChoice
 from gd_analyze.text import SINE_PRICE
 
 # Number of terms beyond which the smallest are dropped beforehand.
-MANY = 1000
+MANY_TERMS = 1000
 # Share of the budget that the terms dropped beforehand may take together.
-SWEPT_SHARE = 0.4
-# Most terms that a search can weigh.
-_MOST = 4000
-# Numbers held at a time while very many terms are evaluated: 24 MB.
-_AT_ONCE = 3_000_000
+SWEPT_ERROR_SHARE = 0.4
+
+
+@dataclass(frozen=True, kw_only=True)
+class _SweepSettings:
+    """How an arm's very many terms become those that a search can weigh."""
+
+    most_terms: int = 4000  # most terms that a search can weigh
+    numbers_at_once: int = 3_000_000  # numbers held at a time while very many terms are evaluated: 24 MB
+
+
+_SWEEP = _SweepSettings()
 
 
 class TooManyTermsError(UsageError):
@@ -123,16 +130,16 @@ def candidates_of(
     needed = level.indispensable(exact.form, listed)
     stays = np.array([term in needed for term in listed], dtype=bool)
     remaining, base = np.arange(len(listed)), np.zeros((exact.arm.n_joints, len(exact.states)))
-    if len(listed) > MANY:
+    if len(listed) > MANY_TERMS:
         weighed = stays | np.array([term in included for term in listed], dtype=bool)
         remaining, base = _swept(torques, exact.states, allowed, weighed)
-        if len(remaining) > _MOST:
+        if len(remaining) > _SWEEP.most_terms:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
             next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level fast'
             raise TooManyTermsError(
                 message,
                 where="budget",
-                expected=f"at most {_MOST}",
+                expected=f"at most {_SWEEP.most_terms}",
                 found=str(len(remaining)),
                 next_step=next_step,
             )
@@ -192,15 +199,15 @@ def _swept(
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
     order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
-    within, beyond = 0, len(order) - max(MANY, int(stays.sum()))
+    within, beyond = 0, len(order) - max(MANY_TERMS, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
     error = torques.together(states, order[:beyond]) / allowed[:, None]
-    if np.abs(error).max() <= SWEPT_SHARE:
+    if np.abs(error).max() <= SWEPT_ERROR_SHARE:
         return np.sort(order[beyond:]), error
     while beyond - within > 1:
         middle = (within + beyond) // 2
         error = base + torques.together(states, order[within:middle]) / allowed[:, None]
-        if np.abs(error).max() <= SWEPT_SHARE:
+        if np.abs(error).max() <= SWEPT_ERROR_SHARE:
             within, base = middle, error
         else:
             beyond = middle
@@ -210,6 +217,6 @@ def _swept(
 def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:
     """Largest torque of every term over the allowed error, shape (K,)."""
     out = np.zeros(torques.count)
-    for block, effects in torques.in_blocks(states, _AT_ONCE):
+    for block, effects in torques.in_blocks(states, _SWEEP.numbers_at_once):
         out[block] = effects.largest(np.abs(effects.torque).max(axis=1) / allowed[effects.joint])
     return out

@@ -54,23 +54,31 @@ from gd_analyze.threads import one_thread
 if TYPE_CHECKING:
     import xarray as xr
 
-# Most joints of an arm whose terms are all counted at once.
-_QUICK_JOINTS = 6
-# Number of outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
-_OUTER_JOINTS = 4
+
+@dataclass(frozen=True, kw_only=True)
+class _ExactSettings:
+    """Which exact programs are tried, and for how many joints and terms."""
+
+    quick_joints: int = 6  # most joints of an arm whose terms are all counted at once
+    # Outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
+    outer_joints: int = 4
+    identified_joints: int = 8  # most joints for which identifying the exact form takes a second
+    # Most joints for which sums of terms may take fewer operations than the recursion: the number of terms
+    # grows with the fourth power of the number of joints, the operations of the recursion with the first.
+    joints_of_sums: int = 4
+    # Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or
+    # more.
+    terms_per_operation: int = 5
+    # Sums of terms with this multiple of the operations known may take fewer with shared parts.
+    nearly_known: float = 1.2
+
+
+_SETTINGS = _ExactSettings()
+# Effort of sharing parts of sums: half a second.
+_SHARING = Effort(250)
+
 # Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
 MOST_TERMS = 60_000
-# Most joints for which identifying the exact form takes a second.
-_MOST_JOINTS = 8
-# Most joints for which sums of terms may take fewer operations than the recursion: the number of terms grows
-# with the fourth power of the number of joints, the operations of the recursion with the first.
-_FEW_JOINTS = 4
-# Most terms whose common parts are searched: half a second.
-_SHARED = Effort(250)
-# Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or more.
-_FAR = 5
-# Sums of terms with this multiple of the operations known may take fewer with shared parts.
-_NEARLY = 1.2
 # Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
 REWRITTEN = 1e-11
 
@@ -121,9 +129,9 @@ class ExactForm:
 
         def shortest() -> Program:
             programs = [self.recursion]
-            if self.arm.n_joints <= _FEW_JOINTS:
+            if self.arm.n_joints <= _SETTINGS.joints_of_sums:
                 programs += [
-                    torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED)
+                    torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARING)
                 ]
             return rewritten(min(programs, key=lambda program: program.count.total))
 
@@ -138,16 +146,20 @@ class ExactForm:
     def functions(self) -> Functions:
         """D, h and c as functions of their own, each in the fewest operations known."""
         functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
-        if self.arm.n_joints > _MOST_JOINTS:
+        if self.arm.n_joints > _SETTINGS.identified_joints:
             return functions
         least = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in functions), strict=True))
         numbers = Counter(term.quantity for term in self.torques)
-        few = {quantity for quantity in least if numbers[quantity] < _FAR * least[quantity]}
+        few = {
+            quantity
+            for quantity in least
+            if numbers[quantity] < _SETTINGS.terms_per_operation * least[quantity]
+        }
         nested = functions_of_terms(self.velocities, self._torques_of(few), ROUGH)
         # Shared parts take time to find: only where nested sums come close.
         counts = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in nested), strict=True))
-        close = {quantity for quantity in few if counts[quantity] < _NEARLY * least[quantity]}
-        shared = functions_of_terms(self.velocities, self._torques_of(close), _SHARED)
+        close = {quantity for quantity in few if counts[quantity] < _SETTINGS.nearly_known * least[quantity]}
+        shared = functions_of_terms(self.velocities, self._torques_of(close), _SHARING)
         return Functions(
             *(
                 min(programs, key=lambda program: program.count.total) if quantity in close else programs[0]
@@ -190,19 +202,19 @@ def shipped_name(form: ExactForm) -> str:
 def too_many_terms(form: ExactForm) -> str:
     """Reason why exact equations are too long to choose terms from: "9 joints"; "" if they are not."""
     n = form.arm.n_joints
-    if n > _MOST_JOINTS:
+    if n > _SETTINGS.identified_joints:
         return f"{n} joints"
     return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
 
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints are counted first."""
-    if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
+    if "torques" in vars(form) or form.arm.n_joints <= _SETTINGS.quick_joints:
         return len(form.torques) > most
     arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="", spread=None)
     outer = (
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
-        for count in range(_OUTER_JOINTS, arm.n_joints, 2)
+        for count in range(_SETTINGS.outer_joints, arm.n_joints, 2)
     )
     return any(len(outer_form.torques) > most for outer_form in outer) or len(form.torques) > most
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from operator import add
 from typing import Any, NamedTuple
 
@@ -26,26 +27,31 @@ from gd_analyze.operations.program import Batch, Program
 from gd_analyze.simplification.effort import program_inputs
 
 # Difference of a coefficient of 1, qdd_j or qd_j qd_k that is to be found, as a share of the joint's torque.
-FOUND = 1e-3
+LEAST_DIFFERENCE = 1e-3
 # Largest probability that such a difference is missed.
-ODDS = 1e-6
-# Most states times steps, some seconds; where the probability takes more, it is not reached.
-_MOST = 2.0**31
-# States at a time, so that their steps fit the cache.
-_BLOCK = 1024
-# Most values of the steps at a time, half a gigabyte.
-_MOST_VALUES = 2**26
-# Share of a joint's torque that may be lost in the rounding of large terms.
-_LOST = 1e-6
-# Share of the states that are at rest; at the others velocities and accelerations are -1, 0 or 1.
-_STILL = 0.25
-# Share of each coefficient that a state shows with a probability of at least `_SHOWN`. Second differences of
-# f in qd_j and qd_k, for example, consist of four values of f at equally likely states, so that the
-# probability is at least 3/4 * (2/3)^2 / 4.
-_SHARE = 0.5
-_SHOWN = 1.0 / 12.0
-# Range of sliding joints, m.
-_REACH = 2.0
+MISS_PROBABILITY = 1e-6
+
+
+@dataclass(frozen=True, kw_only=True)
+class _IdentitySettings:
+    """How likely a difference between two programs is found, and at what cost."""
+
+    # Most states times steps, some seconds; where the probability takes more, it is not reached.
+    most_steps: float = 2.0**31
+    states_at_once: int = 1024  # states at a time, so that their steps fit the cache
+    values_at_once: int = 2**26  # most values of the steps at a time, half a gigabyte
+    lost_share: float = 1e-6  # share of a joint's torque that may be lost in the rounding of large terms
+    # Share of the states that are at rest; at the others velocities and accelerations are -1, 0 or 1.
+    rest_share: float = 0.25
+    # Share of each coefficient that a state shows with a probability of at least `shown_probability`. Second
+    # differences of f in qd_j and qd_k, for example, consist of four values of f at equally likely states,
+    # so that the probability is at least 3/4 * (2/3)^2 / 4.
+    shown_share: float = 0.5
+    shown_probability: float = 1.0 / 12.0  # that probability
+    slide_range: float = 2.0  # range of sliding joints, m
+
+
+_SETTINGS = _IdentitySettings()
 
 
 class _Formal(NamedTuple):
@@ -108,11 +114,12 @@ def telling_states(
     program_degrees = [formal_degrees(program, is_revolute) for program in programs]
     degrees = np.maximum(np.max([np.zeros(n), *program_degrees], axis=0), least)
     steps = sum(len(program.steps) for program in programs) or 1
-    count = math.ceil(min(states_needed(degrees, is_revolute, closeness), _MOST / steps))
-    block, rng = max(1, min(_BLOCK, _MOST_VALUES // steps)), np.random.default_rng()
+    count = math.ceil(min(states_needed(degrees, is_revolute, closeness), _SETTINGS.most_steps / steps))
+    block = max(1, min(_SETTINGS.states_at_once, _SETTINGS.values_at_once // steps))
+    rng = np.random.default_rng()
     for _ in range(0, count, block):
-        moving = rng.integers(-1, 2, (2, block, n)) * (rng.random((block, 1)) >= _STILL)
-        q = rng.uniform(-1.0, 1.0, (block, n)) * np.where(turns, np.pi, _REACH)
+        moving = rng.integers(-1, 2, (2, block, n)) * (rng.random((block, 1)) >= _SETTINGS.rest_share)
+        q = rng.uniform(-1.0, 1.0, (block, n)) * np.where(turns, np.pi, _SETTINGS.slide_range)
         yield States(q, *moving.astype(float))
 
 
@@ -135,17 +142,17 @@ def largest_difference(
             size = np.maximum(size, np.abs(reference_torque).max(axis=1))
         unit = np.ones(len(is_revolute))
         lost = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit)
-        return np.where(lost > _LOST * size, np.inf, difference), size
+        return np.where(lost > _SETTINGS.lost_share * size, np.inf, difference), size
     return np.full_like(difference, np.inf), size
 
 
 def states_needed(
     degrees: Sequence[int] | FloatArray, is_revolute: Sequence[bool], closeness: float
 ) -> float:
-    """Number of states that find a difference of `FOUND` with the stated probability."""
+    """Number of states that find a difference of `LEAST_DIFFERENCE` with the stated probability."""
     acting = [(int(d), turns) for d, turns in zip(degrees, is_revolute, strict=True) if d]
-    probability = _SHOWN
+    probability = _SETTINGS.shown_probability
     for d, turns in acting:
-        part = math.acosh((_SHARE * FOUND / closeness) ** (1 / len(acting))) / d
+        part = math.acosh((_SETTINGS.shown_share * LEAST_DIFFERENCE / closeness) ** (1 / len(acting))) / d
         probability *= 2 / math.pi * math.acos(1 / math.cosh(part / 2)) if turns else math.tanh(part / 2) ** 2
-    return -math.log(ODDS) / probability
+    return -math.log(MISS_PROBABILITY) / probability

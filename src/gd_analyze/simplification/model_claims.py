@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -39,21 +39,28 @@ from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.model import SimplifiedModel
 
 WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
-# Largest difference of a number in two programs of the same terms, relative to the row: the search for common
-# parts treats coefficients that differ by 1e-9 as equal, up to ten of which add up in a number.
-_SAME = 1e-8
-# Programs too long to be written out treat nothing as equal: they differ by 1e-15 of the torque.
-_SAMPLED = 1e-11
-# A budget is written with six digits, least precise as 1.00000.
-_SIX_DIGITS = 5e-6
-# Rounding of a mean of thousands of squares; of gamma, times the condition number of D.
-_ROUNDING = 1e3 * float(np.finfo(float).eps)
-# Most drawn states at which errors are measured again: a tenth of a second.
-_MOST_STATES = 10_000
-# States at which a certificate is tested; `certify --check` proves it again.
-_TRIED = 1000
-# Share of these states that are at ends of q; as many are at ends of qd, and of qdd.
-_CORNERS = 0.5
+
+
+@dataclass(frozen=True, kw_only=True)
+class _ClaimSettings:
+    """How closely a model file's claims are compared with what is measured again."""
+
+    # Largest difference of a number in two programs of the same terms, relative to the row: the search for
+    # common parts treats coefficients that differ by 1e-9 as equal, up to ten of which add up in a number.
+    equal_coefficients: float = 1e-8
+    # Programs too long to be written out treat nothing as equal: they differ by 1e-15 of the torque.
+    equal_torques: float = 1e-11
+    six_digits: float = 5e-6  # a budget is written with six digits, least precise as 1.00000
+    # Rounding of a mean of thousands of squares; of gamma, times the condition number of D.
+    rounding: float = 1e3 * float(np.finfo(float).eps)
+    measured_states: int = 10_000  # most drawn states at which errors are measured again: a tenth of a second
+    # States at which a certificate is tested; `certify --check` proves it again.
+    certificate_states: int = 1000
+    # Share of these states that are at ends of q; as many are at ends of qd, and of qdd.
+    corner_share: float = 0.5
+
+
+_SETTINGS = _ClaimSettings()
 
 
 def require_equal(where: str, stated: Any, value: Any) -> None:
@@ -99,9 +106,9 @@ def require_terms_computed(model: SimplifiedModel) -> None:
         rows = zip(stated.rows, runs.rows, strict=True)
         polynomials = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
         differences = np.array([float(np.abs(difference).max(initial=0.0)) for difference in polynomials])
-        same = _SAME
+        same = _SETTINGS.equal_coefficients
     except TooLongError:  # compared at random states
-        noise, same = np.zeros(n), _SAMPLED
+        noise, same = np.zeros(n), _SETTINGS.equal_torques
         differences, sizes = largest_difference(model.program, rewritten, model.arm.is_revolute, same)
     # Nor may it cancel so much that a term could hide in its rounding.
     fits = (differences <= same * sizes + noise) & (noise <= same * sizes.max())
@@ -129,14 +136,14 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
     """Check statements over all states, or along one of several motions."""
     errors, spread, budget = stated.errors, stated.uncertainty, model.accuracy.asked
     # Along a motion the allowed error is a rounded quotient.
-    is_allowed = errors.largest <= (1.0 + _ROUNDING if along else 1.0) * stated.allowed
+    is_allowed = errors.largest <= (1.0 + _SETTINGS.rounding if along else 1.0) * stated.allowed
     comes_to = allowed_by(budget, ReferenceTorques(model.arm, errors.peak_torque, spread))
     # Without torque the allowed error is the states' round-off, unknown here; a joint without torque along
     # one of several motions is allowed the error of the others.
     unknown = errors.peak_torque == 0.0 if along else not errors.peak_torque.any()
-    fits = (np.abs(stated.allowed - comes_to) <= _SIX_DIGITS * comes_to) | unknown
+    fits = (np.abs(stated.allowed - comes_to) <= _SETTINGS.six_digits * comes_to) | unknown
     uncertainty = np.zeros(model.arm.n_joints) if spread is None else spread
-    is_root = errors.rms <= (1.0 + _ROUNDING) * errors.largest
+    is_root = errors.rms <= (1.0 + _SETTINGS.rounding) * errors.largest
     for name, holds, values, expected in (
         ("peak_torque", errors.peak_torque >= 0.0, errors.peak_torque, "0 or more"),
         ("uncertainty", uncertainty >= 0.0, uncertainty, "0 or more"),
@@ -182,9 +189,11 @@ def require_not_refuted(model: SimplifiedModel) -> None:
         _require(model, "certificate", fitted <= stated.certified, stated.certified, "at least largest_error")
         lower, upper = stated.pieces.swapaxes(0, 1)
     rng = np.random.default_rng()
-    chosen, shape = rng.integers(len(lower), size=_TRIED), (_TRIED, *lower.shape[1:])
+    count = _SETTINGS.certificate_states
+    chosen, shape = rng.integers(len(lower), size=count), (count, *lower.shape[1:])
     # A torque's error is largest at ends of the velocities and accelerations, and in small pieces at corners.
-    shares = np.where(rng.random((_TRIED, 3, 1)) < _CORNERS, rng.integers(0, 2, shape), rng.random(shape))
+    at_corner = rng.random((count, 3, 1)) < _SETTINGS.corner_share
+    shares = np.where(at_corner, rng.integers(0, 2, shape), rng.random(shape))
     drawn = np.clip(lower[chosen] + shares * (upper - lower)[chosen], lower[chosen], upper[chosen])
     states = States(*drawn.swapaxes(0, 1))
     exact = ExactDynamics.of(model.arm, states, model.drives)
@@ -204,7 +213,7 @@ def _require_pieces(model: SimplifiedModel, stated: Proven) -> None:
     )
     margin = Margin.parse(stated.margin)
     position = np.where(model.arm.is_revolute, margin.revolute, margin.prismatic)
-    is_wide = (upper[:, 0] - lower[:, 0] >= (2.0 - _SIX_DIGITS) * position).all(axis=1)
+    is_wide = (upper[:, 0] - lower[:, 0] >= (2.0 - _SETTINGS.six_digits) * position).all(axis=1)
     _require(model, "piece of certificate", is_wide, stated.certified, f"a piece as wide as {stated.margin}")
 
 
@@ -216,7 +225,7 @@ def measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
     with warnings.catch_warnings(), suppress(GdAnalyzeError):
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         if isinstance(count, int) and isinstance(seed, int):
-            if 0 < count <= _MOST_STATES and seed >= 0:
+            if 0 < count <= _SETTINGS.measured_states and seed >= 0:
                 states = states_in_box(model.arm, count, seed)
         elif name in shipped_trajectories():
             states = states_of(read_trajectory(str(name), model.arm))
@@ -254,7 +263,7 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
             raise _impossible_norm(norm, f"{was:.6g}, as measured at {states.in_words}")
     # At other states near these gamma may be larger.
     gamma, stated_gamma = model.gamma(exact), accuracy.gamma
-    slack = _ROUNDING * float(np.linalg.cond(exact.inertia).max())
+    slack = _SETTINGS.rounding * float(np.linalg.cond(exact.inertia).max())
     if stated_gamma is not None and stated_gamma < gamma - slack:
         expected = f"at least {gamma:.6g}, as measured at {states.in_words}"
         raise _impossible("gamma", expected, f"{stated_gamma:.6g}")

@@ -6,6 +6,8 @@ trial solution errs most are added until none errs more.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,16 +15,19 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.effects import Mask
 
-# States of the first linear program.
-_FIRST = 200
-# Most states that are added to a linear program at a time.
-_JOINING = 25
-# Most states that the next linear program starts with.
-_MOST = 600
-# The solver keeps its rows to 1e-7 of numbers of some hundred budgets.
-_CLOSE = 1e-6
-# Most terms that a refit tries to drop: each try takes hundredths of a second.
-_TRIALS = 200
+
+@dataclass(frozen=True, kw_only=True)
+class _RefitSettings:
+    """Linear programs on states that join by and by."""
+
+    first_states: int = 200  # states of the first linear program
+    joining_states: int = 25  # most states that are added to a linear program at a time
+    most_continued_states: int = 600  # most states that the next linear program starts with
+    solver_tolerance: float = 1e-6  # the solver keeps its rows to 1e-7 of numbers of some hundred budgets
+    most_trials: int = 200  # most terms that a refit tries to drop: each try takes hundredths of a second
+
+
+_SETTINGS = _RefitSettings()
 
 
 def refitted(candidates: Candidates, selected: Mask, stays: Mask) -> tuple[Mask, FloatArray] | None:
@@ -34,7 +39,8 @@ def refitted(candidates: Candidates, selected: Mask, stays: Mask) -> tuple[Mask,
     factors, error = fit.best(selected)
     if error > 1.0:
         return None
-    selected, trials, order = selected.copy(), _TRIALS, _by_torque(candidates, selected & ~stays)
+    selected, trials = selected.copy(), _SETTINGS.most_trials
+    order = _by_torque(candidates, selected & ~stays)
     improved = True
     while improved:
         improved = False
@@ -45,7 +51,7 @@ def refitted(candidates: Candidates, selected: Mask, stays: Mask) -> tuple[Mask,
             trial = selected.copy()
             trial[term] = False
             trial_factors, error = fit.best(trial)
-            if error <= 1.0 - _CLOSE:
+            if error <= 1.0 - _SETTINGS.solver_tolerance:
                 selected, factors, improved = trial, trial_factors, True
     return selected, factors
 
@@ -78,15 +84,16 @@ class _Fit:
         np.add.at(columns, place, self._torque[members])
         if not len(self._deciding):
             theta, *_ = np.linalg.lstsq(columns.T, self._target, rcond=None)
-            self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[:_FIRST]
-        deciding = self._deciding[-_MOST:]
+            self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[: _SETTINGS.first_states]
+        deciding = self._deciding[-_SETTINGS.most_continued_states :]
         while True:
             theta, least = _smallest_largest(columns[:, deciding], self._target[deciding])
             error = np.abs(theta @ columns - self._target)
             if least > 1.0:  # beyond the budget at these states already
                 break
-            worst = np.argsort(-error, kind="stable")[:_JOINING]
-            fresh = np.setdiff1d(worst[error[worst] > least * (1.0 + _CLOSE) + _CLOSE], deciding)
+            worst = np.argsort(-error, kind="stable")[: _SETTINGS.joining_states]
+            tolerated = least * (1.0 + _SETTINGS.solver_tolerance) + _SETTINGS.solver_tolerance
+            fresh = np.setdiff1d(worst[error[worst] > tolerated], deciding)
             if not len(fresh):
                 break
             deciding = np.concatenate([deciding, fresh])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +32,19 @@ TermProgress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
-# Most directions at every position in which D is limited.
-_DIRECTIONS = 40
-# Attempts after a direction is added, as a share of the usual.
-_AFTER_D = 0.25
-# Number of directions after which there are no attempts: descents alone end sooner.
-_ATTEMPTED = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class _InertiaSettings:
+    """How a search limits the error of D, so that gamma stays below 1."""
+
+    most_directions: int = 40  # most directions at every position in which D is limited
+    continued_share: float = 0.25  # attempts after a direction is added, as a share of the usual
+    # Number of directions after which there are no attempts: descents alone end sooner.
+    directions_with_attempts: int = 12
+
+
+_SETTINGS = _InertiaSettings()
 
 
 def selected_terms(
@@ -64,7 +71,7 @@ def selected_terms(
         candidates, selection = usable
     if options.thorough:
         selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
-        shorter = settings.scaled(_AFTER_D)
+        shorter = settings.scaled(_SETTINGS.continued_share)
         improved = _with_usable_inertia(candidates, selection, inertia, exact, settings, improving=shorter)
         if usable is not None and improved is not None:
             candidates, selection = improved
@@ -109,7 +116,7 @@ def _with_usable_inertia(
     Where gamma is too large, what D lacks in the worst direction joins the errors that a selection limits.
     """
     inertia_terms, places = inertia
-    for turn in range(_DIRECTIONS):
+    for turn in range(_SETTINGS.most_directions):
         excess = inertia_terms.excess(exact.inertia, selection.selected[places], LARGEST_GAMMA)
         if excess is None:
             return candidates, selection
@@ -118,7 +125,7 @@ def _with_usable_inertia(
         selection = Selection(candidates.choice, selection.selected)
         repair(selection, settings)
         descend(selection, candidates.stays, settings)
-        if improving is not None and turn < _ATTEMPTED:
+        if improving is not None and turn < _SETTINGS.directions_with_attempts:
             selection = _cheapest(candidates, improve(selection, candidates.stays, improving))
     return None
 

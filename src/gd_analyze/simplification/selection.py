@@ -39,7 +39,7 @@ class SelectionSettings:
 
 USUAL_SELECTION = SelectionSettings()
 # Smallest credit of a term that saves nothing while others share its steps, in operations.
-_LEAST_SAVING = 0.5
+_LEAST_CREDIT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,7 +179,7 @@ def descend(
         terms, rise = terms[fits], rise[fits]
         if not len(terms):
             return
-        saving = np.maximum(selection.savings[terms], _LEAST_SAVING)
+        saving = np.maximum(selection.savings[terms], _LEAST_CREDIT)
         merit = np.where(rise > 0.0, rise / saving, rise * saving)
         if random is not None:
             merit *= np.exp(settings.noise * np.sign(merit) * random.standard_normal(len(terms)))

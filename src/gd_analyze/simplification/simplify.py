@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,19 +26,23 @@ from gd_analyze.simplification.model import (
 from gd_analyze.simplification.search import TermProgress, quick_count, selected_terms
 from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
 
-# The search for the multiple of the budget at which a model has few enough operations:
-# Smallest multiple.
-_LEAST = 1e-6
-# Multiple at which a model keeps only what it must.
-_ANYTHING = 1e12
-# Ratio of two multiples at which the search ends.
-_CLOSE = 1.02
-# Factor by which the multiple grows if the quick count promised too few operations.
-_WIDER = 1.05
-# Number of full searches that refine the multiple.
-_REFINEMENTS = 4
-# States that represent very many in a search among terms, which evaluates each thousands of times.
-_STATES = 600
+
+@dataclass(frozen=True, kw_only=True)
+class _OperationSearch:
+    """The search for the multiple of the budget at which a model has few enough operations."""
+
+    least_multiple: float = 1e-6  # smallest multiple of the budget
+    unlimited_multiple: float = 1e12  # multiple at which a model keeps only what it must
+    close_multiples: float = 1.02  # ratio of two multiples at which the search ends
+    # Factor by which the multiple grows if the quick count promised too few operations.
+    widening: float = 1.05
+    refinements: int = 4  # full searches that refine the multiple
+    # States that represent very many in a search among terms, which evaluates each thousands of times.
+    most_states: int = 600
+
+
+_BY_OPERATIONS = _OperationSearch()
+
 _USUAL = SearchOptions()
 
 
@@ -86,7 +90,7 @@ def _at_level(
     thinned = exact.thinned()
     assert isinstance(level, CandidateLevel)  # other levels take no number of operations
     quick = quick_count(thinned, level, allowed)
-    least = quick(_ANYTHING)
+    least = quick(_BY_OPERATIONS.unlimited_multiple)
     if least > operations:
         raise UsageError(
             f"no model of level {level} takes so few operations",
@@ -95,18 +99,18 @@ def _at_level(
             found=str(operations),
             next_step="allow more, or take another level",
         )
-    lower, upper = _LEAST, 1.0
+    lower, upper = _BY_OPERATIONS.least_multiple, 1.0
     while quick(upper) > operations:
         lower, upper = upper, 2.0 * upper
-    while upper / lower > _CLOSE:
+    while upper / lower > _BY_OPERATIONS.close_multiples:
         middle = (lower * upper) ** 0.5
         lower, upper = (middle, upper) if quick(middle) > operations else (lower, middle)
     best = _within(exact, budget.scaled(upper), options, progress)
     while best.operations.total > operations:
-        upper *= _WIDER
+        upper *= _BY_OPERATIONS.widening
         best = _within(exact, budget.scaled(upper), options, progress)
     step = 0.8
-    for _ in range(_REFINEMENTS):
+    for _ in range(_BY_OPERATIONS.refinements):
         trial = _within(exact, budget.scaled(upper * step), options)
         if trial.operations.total <= operations:
             best, upper = trial, upper * step
@@ -124,7 +128,7 @@ def _within(
     options = replace(options, selections=[] if options.selections is None else options.selections)
     # A sample represents very many states. The worst of all states join it while they exceed the budget. The
     # margin shrinks each time, so that the loop ends.
-    sample, margin = exact.thinned(_STATES), 1.0
+    sample, margin = exact.thinned(_BY_OPERATIONS.most_states), 1.0
     while True:
         most = margin * allowed
         outcome = selected_terms(sample, level, most, options, progress)

@@ -13,7 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import MANY, largest_terms, require_few_terms
+from gd_analyze.simplification.candidates import MANY_TERMS, largest_terms, require_few_terms
 from gd_analyze.simplification.exact import ExactDynamics, require_exact
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Terms
@@ -111,7 +111,7 @@ def rank_terms(
     torques = level.term_torques(exact.form, all_terms)
     included_terms = {term for terms in included for term in terms}
     needed = np.array([term in included_terms for term in all_terms], dtype=bool)
-    chosen, unlisted_error = largest_terms(torques, exact.states, whole, MANY, needed)
+    chosen, unlisted_error = largest_terms(torques, exact.states, whole, MANY_TERMS, needed)
     effects = torques.at(exact.states, chosen).over(whole).dense()
     order = _order_of_elimination(effects)
     # Largest errors with the first of the order dropped, one more each time, (K + 1, n).
