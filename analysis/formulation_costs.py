@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
+import sys
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -15,10 +16,11 @@ import numpy as np
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.files import data_folder
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.frames import standard_placements
-from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.studies.comparison import Cost, count_cost
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
+
+from chains import generic_chain
 
 Counted = Literal["executed", "folded", "text"]
 
@@ -100,29 +102,6 @@ def text_costs() -> TextCosts:
     totals = tuple(cost(entry, entry["method"]) for entry in data["totals"])
     rows = tuple(cost(entry, entry["row"]) for entry in data["rows"])
     return TextCosts(data["source"], data["remark"], totals, rows, data["differences"])
-
-
-@cache
-def generic_chain(n: int) -> RobotArm:
-    """Arm of n revolute joints whose link frames turn by +90 and -90 degrees in turn.
-
-    Every link has an offset, a length, a full inertia tensor and a centre of mass off every axis, and
-    gravity has three components: what remains to be saved is what every Denavit-Hartenberg arm with
-    right-angled twists has.
-    """
-    # Any seed will do: counts depend on which numbers are zero, not on their values.
-    random = np.random.default_rng(1987)
-    joints, links = [], []
-    for i in range(n):
-        row = DHRow(0.0, 0.2 + 0.01 * i, 0.3 + 0.01 * i, (-1) ** i * math.pi / 2)
-        before, behind = standard_placements("revolute", row)
-        root = random.normal(scale=0.1, size=(3, 3))
-        second = root @ root.T
-        inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
-        joints.append(Joint(str(i + 1), placement=before))
-        links.append(Link(str(i + 1), 1.0 + 0.1 * i, random.uniform(-0.1, 0.1, 3), inertia, behind))
-    gravity, title = np.array([1.0, 2.0, -9.5]), f"Generic chain of {n} joints"
-    return RobotArm(f"chain{n}", tuple(joints), tuple(links), gravity=gravity, title=title)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ Writes identified_arms.md beside it: `python analysis/identified_arms.py --ur10 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 import warnings
 from pathlib import Path
@@ -19,6 +20,9 @@ from gd_analyze.identification.identification import Identification
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import pseudo_inertia
 from gd_analyze.text import number, percent
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
+
 from logs_of_arms import TrueArm, fourier
 
 RUNS, SECONDS, RATE, FRESH_RATE = 200, 20.0, 200.0, 50.0

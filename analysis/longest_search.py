@@ -25,7 +25,11 @@ from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
-from psdm_measure import arm_of, machine
+from psdm_measure import machine
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
+
+from published_arms import arm_of
 
 SHIPPED = (
     ("puma560", "pick-and-place"),

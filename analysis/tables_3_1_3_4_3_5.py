@@ -26,7 +26,6 @@ from formulation_costs import (
     Growth,
     TextCost,
     explanation,
-    generic_chain,
     growth,
     text_costs,
 )
@@ -35,6 +34,10 @@ from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.operations.counting import Tally, counting_array
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.studies.comparison import count_cost
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
+
+from chains import generic_chain
 
 N = 6
 

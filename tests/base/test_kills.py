@@ -7,8 +7,9 @@ import os
 import subprocess
 import sys
 
-import kills
 import pytest
+
+import kills
 
 # Six after each number of renames, the others at random.
 KILLS = int(os.environ.get("GD_ANALYZE_KILLS", "9"))

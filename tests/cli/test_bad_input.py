@@ -10,7 +10,7 @@ import sys
 import pytest
 
 import gd_analyze as gd
-from formulation_costs import generic_chain
+from chains import generic_chain
 from gd_analyze.robots.arm_toml import toml_of
 from made_models import signed
 from parallel_axes import arm_of

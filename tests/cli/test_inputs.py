@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from formulation_costs import generic_chain
+from chains import generic_chain
 from gd_analyze.cli.motions import PROFILE_NAMES
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formula

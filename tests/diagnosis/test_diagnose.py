@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from diagnosis_trial import Robot
+from faulty_logs import Robot, ceiling, compensated
 from gd_analyze import Trajectory
 from gd_analyze.cli.app import app
 from gd_analyze.diagnosis.answer import answer
@@ -247,8 +247,6 @@ def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
 
 def test_another_mounting(robot, two_link):
     """An arm that hangs from the ceiling, and one that compensates its gravity."""
-    from diagnosis_trial import ceiling, compensated
-
     for made, wanted in ((ceiling, -two_link.gravity), (compensated, np.zeros(3))):
         log, *_ = made(robot)
         found = gd.diagnose(two_link, log)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import strategies as st
 
-import psdm_measure
+import published_arms
 from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.types import RobotArm
 from strategies import random_inertia, random_rotation
@@ -56,5 +56,5 @@ def arm_of(turns: list[str], rng: np.random.Generator) -> RobotArm:
 
 def scara() -> RobotArm:
     """Fanuc SR-6iA, Lloyd et al. 2021, Table 1: two turns, a slide, and a roll whose axis is opposite."""
-    arm = psdm_measure.arm_of("SCARA")
+    arm = published_arms.arm_of("SCARA")
     return replace(arm, joints=tuple(Joint(joint.name, joint.kind) for joint in arm.joints))

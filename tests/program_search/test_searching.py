@@ -255,7 +255,11 @@ print(json.dumps([written(case.layout.program(nodes)) for nodes in (found, furth
 @pytest.mark.slow
 def test_with_bounds_checked_it_finds_the_same(tmp_path):
     folder = Path(__file__).parent
-    places = [str(folder), *map(str, (folder.parent, folder.parent / "helpers")), os.environ.get("PYTHONPATH", "")]
+    places = [
+        str(folder),
+        *map(str, (folder.parent, folder.parent / "helpers")),
+        os.environ.get("PYTHONPATH", ""),
+    ]
     own = {
         "NUMBA_BOUNDSCHECK": "1",
         "NUMBA_CACHE_DIR": str(tmp_path),

@@ -15,7 +15,7 @@ from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import States
-from psdm_measure import arm_of
+from published_arms import arm_of
 
 
 def test_puma_numbers(puma):

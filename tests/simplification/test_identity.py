@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from chains import generic_chain
 from changed_programs import skip_searches
-from formulation_costs import generic_chain
 from gd_analyze.errors import ModelError
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.trace import Trace

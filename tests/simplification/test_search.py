@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from chains import generic_chain
 from few_tries import few_tries
-from formulation_costs import generic_chain
 from gd_analyze import decompose, simplify
 from gd_analyze.arrays import ROUND_OFF_SHARE
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds

@@ -1,22 +1,10 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
-import formulation_costs
-from formulation_costs import Growth
 from gd_analyze import control, simplify
 from gd_analyze.studies.control_law import CONTINUOUS
 from gd_analyze.types import ControlSettings, ControlStudy, SimplifiedModel
-
-
-@pytest.fixture(scope="module")
-def grown() -> Iterator[Growth]:
-    """Six counts from three joints on: five fix a polynomial of the fourth degree, the sixth tests it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(formulation_costs, "SIZES", tuple(range(1, 9)))
-        yield formulation_costs.growth()
 
 
 @pytest.fixture(scope="session")

@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import json
 import sys
-from fractions import Fraction
 
 import numpy as np
 import pytest
 import sympy
 from hypothesis import given
-from hypothesis import strategies as st
 
-import formulation_costs
-from formulation_costs import (
-    N_JOINTS,
-    Polynomial,
-    exact_polynomial,
-    explanation,
-    text_costs,
-)
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Program
@@ -33,8 +22,6 @@ from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed
 from gd_analyze.tables import states_in_box
 from long_cases import long_but
 from strategies import arms_with_states, examples
-
-ORDERS = {"n": 1, "n^2": 2, "n^3": 3, "n^4": 4}
 
 
 @examples(5)
@@ -55,20 +42,6 @@ def test_what_is_counted_is_the_torque(drawn):
         # Folding reorders sums of some 1000 terms no larger than the torques of this arm's worst joint
         # by a small factor (levers cancel): 1e-11 of it is 5e4 roundings.
         np.testing.assert_allclose(program.run(inputs), wanted, rtol=0, atol=1e-11 * np.abs(wanted).max())
-
-
-@pytest.mark.parametrize("name", list(METHODS))
-def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
-    """Exactly: from three joints on the counts are polynomials, and their degree is the stated order."""
-    multiplications, additions = grown.polynomials[name]
-    order = ORDERS[METHODS[name].growth]
-    assert len(multiplications.coefficients) - 1 == len(additions.coefficients) - 1 == order
-    for n, cost in zip(formulation_costs.SIZES, grown.costs[name], strict=True):
-        if n >= 3:
-            assert multiplications(n) == cost.executed.multiplications
-            assert additions(n) == cost.executed.additions
-        pairs = zip(dataclasses.astuple(cost.folded), dataclasses.astuple(cost.executed), strict=True)
-        assert all(folded <= executed for folded, executed in pairs)
 
 
 def test_a_wrong_formulation_is_noticed(two_link):
@@ -106,46 +79,6 @@ def test_the_result_holds_everything(two_link, swing, monkeypatch):
     disagreeing = comparison(two_link)
     assert not disagreeing.document()["agrees"]
     assert "DISAGREE" in disagreeing.headline
-
-
-def test_the_traces_of_lagrange_euler_are_as_told(grown):
-    """One per h_ikm or D_ik and link in ours; in the text one per link and pair for D, n times that for h."""
-    n, sentence = N_JOINTS, explanation("lagrange_euler", grown)
-    assert f"takes {sum(j**2 + j**3 for j in range(1, n + 1))} traces" in sentence
-    assert f"each of its {n * (n + 1) ** 2 * (n + 2) // 6} traces" in sentence
-
-
-def test_counts_the_text_prints_and_rows_that_add_up():
-    for table, method in (("3.1", "lagrange_euler"), ("3.4", "newton_euler_link")):
-        rows, total = [x for x in text_costs().rows if x.table == table], text_costs().of(method, table)
-        for n in range(1, 13):  # twelve values fix polynomials of the fourth degree
-            assert sum(row.multiplications(n) for row in rows) == total.multiplications(n)
-            assert sum(row.additions(n) for row in rows) == total.additions(n)
-    dalembert = text_costs().of("generalized_dalembert")
-    assert (dalembert.multiplications(6), dalembert.additions(6)) == (2963, 2209)
-    assert "reconstructed" in dalembert.remark
-    for cost in text_costs().totals:
-        assert cost.name in METHODS
-        assert all(cost.at(n).total > 0 for n in range(1, 13))
-    rows = {row.name: row for row in text_costs().rows if row.table == "3.1"}
-    for n, (name, times) in itertools.product(range(1, 13), (("jk", 0), ("jkm", 1))):
-        # A trace is four products of 4x4 matrices.
-        row, traces = rows[f"Tr(U_{name} J_j U_ji^T)"], n**times * n * (n + 1) * (n + 2) // 6
-        assert (row.multiplications(n), row.additions(n)) == (256 * traces, (4 * 48 + 3) * traces)
-
-
-@examples(30)
-@given(
-    st.lists(st.fractions(-50, 50, max_denominator=6), min_size=1, max_size=5).filter(lambda c: c[-1] != 0)
-)
-def test_a_polynomial_is_found_from_its_values(coefficients):
-    sizes = range(3, 13)
-    # Denominators up to 6: sixty times the values are whole, as counts are.
-    values = [int(60 * sum(c * n**k for k, c in enumerate(coefficients))) for n in sizes]
-    assert exact_polynomial(sizes, values).coefficients == tuple(60 * c for c in coefficients)
-    values[4] += 1
-    assert exact_polynomial(sizes, values) is None
-    assert str(Polynomial((Fraction(-7), Fraction(), Fraction(128, 3)))) == "128/3 n^2 - 7"
 
 
 @pytest.mark.parametrize("method", long_but(("generalized_dalembert", "lagrange_euler"), METHODS))
