@@ -14,25 +14,28 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from diagnosis_trial import (
-    Fault,
-    Made,
-    Robot,
-    _none,
-    _of_log,
-    all_reversed,
-    ceiling,
-    late,
-    load_put_on,
-    payload_missing,
-    ur_like,
-)
 from gallery import BLANK
 from gd_analyze.diagnosis.hypothesis import inverse, signs, swapped
 from gd_analyze.figures.diagnosis import where_figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.files import write_text
 from gd_analyze.results.diagnosis_result import diagnosis_table
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
+
+from faulty_logs import (
+    Fault,
+    Made,
+    Robot,
+    all_reversed,
+    ceiling,
+    late,
+    load_put_on,
+    log_of,
+    no_correction,
+    payload_missing,
+    ur_like,
+)
 
 FOLDER = Path(__file__).parents[1] / "docs" / "diagnose"
 SEED = 7
@@ -41,34 +44,34 @@ SEED = 7
 def other_way(robot: Robot) -> Made:
     """Joint 3 counts the other way."""
     turned = signs(6, [2])
-    return _of_log(robot, "", _none(robot).with_position(turned).with_torque(turned))
+    return log_of(robot, "", no_correction(robot).with_position(turned).with_torque(turned))
 
 
 def another_unit(robot: Robot) -> Made:
     """Torques in N mm."""
-    return _of_log(robot, "", _none(robot).with_torque(1e-3 * np.eye(6)))
+    return log_of(robot, "", no_correction(robot).with_torque(1e-3 * np.eye(6)))
 
 
 def exchanged(robot: Robot) -> Made:
     """Torques of joints 2 and 3 exchanged."""
-    return _of_log(robot, "", _none(robot).with_torque(swapped(6, 1, 2)))
+    return log_of(robot, "", no_correction(robot).with_torque(swapped(6, 1, 2)))
 
 
 def zero(robot: Robot) -> Made:
     """The zero of joint 3 is off by 90 degrees."""
-    return _of_log(robot, "", _none(robot).with_offset(2, np.pi / 2.0))
+    return log_of(robot, "", no_correction(robot).with_offset(2, np.pi / 2.0))
 
 
 def coupled(robot: Robot) -> Made:
     """Joint 3 measured against the base."""
     matrix = np.eye(6)
     matrix[2, 1] = -1.0
-    return _of_log(robot, "", _none(robot).with_position(matrix).with_torque(inverse(matrix).T))
+    return log_of(robot, "", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T))
 
 
 def slow_time(robot: Robot) -> Made:
     """Time runs at half its pace."""
-    return _of_log(robot, "", replace(_none(robot), pace=0.5))
+    return log_of(robot, "", replace(no_correction(robot), pace=0.5))
 
 
 # The cause, and the joint that is drawn, from 1.

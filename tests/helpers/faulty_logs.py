@@ -169,7 +169,7 @@ def _same(truth: Correction) -> Told:
     return told
 
 
-def _of_log(robot: Robot, name: str, truth: Correction) -> Made:
+def log_of(robot: Robot, name: str, truth: Correction) -> Made:
     """A log that a correction would mend."""
     time_, q, torque = robot.as_it_is
     q = (q - truth.offset) @ np.linalg.inv(truth.position).T
@@ -177,7 +177,7 @@ def _of_log(robot: Robot, name: str, truth: Correction) -> Made:
     return robot.log(time_ / truth.pace, q, torque), robot.file, name, _same(truth), truth
 
 
-def _none(robot: Robot) -> Correction:
+def no_correction(robot: Robot) -> Correction:
     return Correction.none(robot.file.n_joints)
 
 
@@ -192,44 +192,50 @@ def _turning(robot: Robot) -> int:
 def all_reversed(robot: Robot) -> Made:
     """All torques reversed."""
     n = robot.file.n_joints
-    return _of_log(robot, "torque sign", _none(robot).with_torque(-np.eye(n)))
+    return log_of(robot, "torque sign", no_correction(robot).with_torque(-np.eye(n)))
 
 
 def one_reversed(robot: Robot) -> Made:
     """The torque of one joint reversed."""
     n = robot.file.n_joints
-    return _of_log(robot, "torque sign", _none(robot).with_torque(signs(n, [_joint(robot)])))
+    return log_of(robot, "torque sign", no_correction(robot).with_torque(signs(n, [_joint(robot)])))
 
 
 def other_way(robot: Robot) -> Made:
     """A joint that counts the other way."""
     turned = signs(robot.file.n_joints, [_joint(robot)])
-    return _of_log(robot, "direction of a joint", _none(robot).with_position(turned).with_torque(turned))
+    return log_of(
+        robot, "direction of a joint", no_correction(robot).with_position(turned).with_torque(turned)
+    )
 
 
 def another_unit(robot: Robot) -> Made:
     """Torques in another unit."""
     factor = robot.rng.choice([1e-3, 9.80665, 1e-2, 1.0 / 9.80665])
-    return _of_log(robot, "torque scale", _none(robot).with_torque(factor * np.eye(robot.file.n_joints)))
+    return log_of(
+        robot, "torque scale", no_correction(robot).with_torque(factor * np.eye(robot.file.n_joints))
+    )
 
 
 def any_factor(robot: Robot) -> Made:
     """Torques times a factor that is no unit."""
     factor = robot.rng.choice([2.2, 3.5, 0.3, 25.0])
-    return _of_log(robot, "torque scale", _none(robot).with_torque(factor * np.eye(robot.file.n_joints)))
+    return log_of(
+        robot, "torque scale", no_correction(robot).with_torque(factor * np.eye(robot.file.n_joints))
+    )
 
 
 def currents(robot: Robot) -> Made:
     """Currents in place of torques."""
     factors = np.exp(robot.rng.normal(np.log(20.0), 0.5, robot.file.n_joints))
-    return _of_log(robot, "torque scale by joint", _none(robot).with_torque(np.diag(factors)))
+    return log_of(robot, "torque scale by joint", no_correction(robot).with_torque(np.diag(factors)))
 
 
 def torques_exchanged(robot: Robot) -> Made:
     """Two torque columns exchanged."""
     n = robot.file.n_joints
     i, j = robot.rng.choice(n, 2, replace=False)
-    return _of_log(robot, "order of torques", _none(robot).with_torque(swapped(n, int(i), int(j))))
+    return log_of(robot, "order of torques", no_correction(robot).with_torque(swapped(n, int(i), int(j))))
 
 
 def joints_exchanged(robot: Robot) -> Made | None:
@@ -237,19 +243,19 @@ def joints_exchanged(robot: Robot) -> Made | None:
     n, turns = robot.file.n_joints, np.flatnonzero(robot.file.is_revolute)
     i, j = robot.rng.choice(turns, 2, replace=False)
     order = swapped(n, int(i), int(j))
-    return _of_log(robot, "order of joints", _none(robot).with_position(order).with_torque(order))
+    return log_of(robot, "order of joints", no_correction(robot).with_position(order).with_torque(order))
 
 
 def zero_of_quarter(robot: Robot) -> Made:
     """A zero off by 90 or 180 degrees."""
     angle = robot.rng.choice([0.5 * np.pi, -0.5 * np.pi, np.pi])
-    return _of_log(robot, "zero of a joint", _none(robot).with_offset(_turning(robot), float(angle)))
+    return log_of(robot, "zero of a joint", no_correction(robot).with_offset(_turning(robot), float(angle)))
 
 
 def zero_of_any(robot: Robot) -> Made:
     """A zero off by 20 to 160 degrees."""
     angle = np.radians(robot.rng.uniform(20.0, 160.0)) * robot.rng.choice([-1.0, 1.0])
-    return _of_log(robot, "zero of a joint", _none(robot).with_offset(_turning(robot), float(angle)))
+    return log_of(robot, "zero of a joint", no_correction(robot).with_offset(_turning(robot), float(angle)))
 
 
 def _mounted(robot: Robot, gravity: FloatArray) -> Made:
@@ -265,7 +271,7 @@ def _mounted(robot: Robot, gravity: FloatArray) -> Made:
         cosine = own @ gravity / np.linalg.norm(own) / np.linalg.norm(gravity)
         return bool(np.arccos(np.clip(cosine, -1.0, 1.0)) < NEAR_ANGLE)
 
-    return log, robot.file, "gravity", told, replace(_none(robot), gravity=gravity)
+    return log, robot.file, "gravity", told, replace(no_correction(robot), gravity=gravity)
 
 
 def ceiling(robot: Robot) -> Made:
@@ -322,7 +328,9 @@ def coupled(robot: Robot) -> Made | None:
         return None
     i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
     matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
-    return _of_log(robot, "coupled joints", _none(robot).with_position(matrix).with_torque(inverse(matrix).T))
+    return log_of(
+        robot, "coupled joints", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T)
+    )
 
 
 def late(robot: Robot) -> Made:
@@ -332,21 +340,21 @@ def late(robot: Robot) -> Made:
     moved = np.column_stack([np.interp(time_ - lag, time_, column) for column in torque.T])
     inside = (time_ > 0.1) & (time_ < time_[-1] - 0.1)
     log = robot.log(time_[inside], q[inside], moved[inside])
-    truth = replace(_none(robot), lag=lag)
+    truth = replace(no_correction(robot), lag=lag)
     return log, robot.file, "lag of torque", _same(truth), truth
 
 
 def slow_time(robot: Robot) -> Made:
     """Time in another unit."""
     pace = float(robot.rng.choice([0.5, 2.0, 0.1]))
-    return _of_log(robot, "unit of time", replace(_none(robot), pace=pace))
+    return log_of(robot, "unit of time", replace(no_correction(robot), pace=pace))
 
 
 def time_with_velocities(robot: Robot) -> Made:
     """Time in another unit in a log with velocities."""
     pace = float(robot.rng.choice([0.4, 3.0, 0.02]))
     time_, q, torque = robot.as_it_is
-    truth = replace(_none(robot), pace=pace)
+    truth = replace(no_correction(robot), pace=pace)
     log = robot.log(time_ / pace, q, torque, robot.states.qd)
     return log, robot.file, "unit of time", _same(truth), truth
 
@@ -361,7 +369,9 @@ def wrist_coupled(robot: Robot) -> Made | None:
         return None
     i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
     matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
-    return _of_log(robot, "coupled joints", _none(robot).with_position(matrix).with_torque(inverse(matrix).T))
+    return log_of(
+        robot, "coupled joints", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T)
+    )
 
 
 def zero_of_slide(robot: Robot) -> Made | None:
@@ -370,7 +380,9 @@ def zero_of_slide(robot: Robot) -> Made | None:
     if not len(slides):
         return None
     length = float(robot.rng.uniform(0.15, 0.5) * robot.rng.choice([-1.0, 1.0]))
-    return _of_log(robot, "zero of a joint", _none(robot).with_offset(int(robot.rng.choice(slides)), length))
+    return log_of(
+        robot, "zero of a joint", no_correction(robot).with_offset(int(robot.rng.choice(slides)), length)
+    )
 
 
 def hand_left_out(robot: Robot) -> Made:
@@ -381,7 +393,7 @@ def hand_left_out(robot: Robot) -> Made:
     file = replace(with_payload(robot.file, mass, place, hand.inertia_com), ends=(hand,))
     file = replace(file, links=(*file.links[:-1], replace(file.links[-1], bare=None)))
     numbers = parameters_of(file)[-1] - parameters_of(robot.file)[-1]
-    truth = replace(_none(robot), taken_off=numbers)
+    truth = replace(no_correction(robot), taken_off=numbers)
     return robot.log(*robot.as_it_is), file, "payload", lambda found: "hand" in found.remedy, truth
 
 
