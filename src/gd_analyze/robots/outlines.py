@@ -144,8 +144,9 @@ def _mesh_corners(mesh: Node, path: Path) -> FloatArray | None:
     if file is None or file.stat().st_size > _LARGEST_STL:
         return None
     data = file.read_bytes()
-    triangles = np.frombuffer(data[80:_STL_HEAD], "<u4")
-    if not len(triangles) or not 0 < triangles[0] * _STL_TRIANGLE.itemsize == len(data) - _STL_HEAD:
+    # Of a text STL these bytes are letters.
+    triangles = int.from_bytes(data[80:_STL_HEAD], "little")
+    if triangles == 0 or len(data) != _STL_HEAD + triangles * _STL_TRIANGLE.itemsize:
         return None
     corners = np.frombuffer(data, _STL_TRIANGLE, offset=_STL_HEAD)["corners"].reshape(-1, 3).astype(float)
     return _box(corners.min(axis=0), corners.max(axis=0)) * scale if np.isfinite(corners).all() else None
