@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.dynamics.simulation import simulate
 
 arm = gd.load_arm("my_robot.urdf", limits=("all=15",))
 model = gd.simplify(arm, gd.tables.states_in_box(arm), "1%")
@@ -82,7 +81,7 @@ def torque(t: float, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return tau
 
 
-run = simulate(arm, torque, np.zeros(3), np.zeros(3), 1.0)
+run = gd.tables.simulate(arm, torque, np.zeros(3), np.zeros(3), 1.0)
 error = np.abs(run.q[-1] - plan).max()
 print(f"after a second the arm is {1000 * error:.3f} mrad from its goal")
 assert error < 2e-3

@@ -6,12 +6,14 @@ from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time, verdicts
+from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.dynamics.robustness import robustness
+from gd_analyze.dynamics.simulation import simulate
+from gd_analyze.dynamics.torque_uncertainty import torque_uncertainty
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.states import states_in_box, states_of
 from gd_analyze.results.store import load_results, save_results
-from gd_analyze.simplification.exact import torque_uncertainty
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.term_ranking import rank_terms
 
@@ -21,11 +23,13 @@ __all__ = [
     "decompose_states",
     "dominance_over_time",
     "harmonics_of",
+    "joint_accelerations",
     "load_results",
     "payload_effect",
     "rank_terms",
     "robustness",
     "save_results",
+    "simulate",
     "states_in_box",
     "states_of",
     "text_verdicts",

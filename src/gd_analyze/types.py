@@ -6,7 +6,9 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.tube import Tube
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.dynamics.base_parameters import BaseParameter, BaseParameters
+from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.dynamics.measured_torque import TorqueComparison
+from gd_analyze.dynamics.simulation import Integration, Simulation
 from gd_analyze.exporting.export import Exported
 from gd_analyze.identification.excitation import Workspace
 from gd_analyze.identification.identification import Identification
@@ -33,16 +35,19 @@ __all__ = [
     "ControlSettings",
     "ControlStudy",
     "Diagnosis",
+    "Drivetrain",
     "Evaluation",
     "ExactDynamics",
     "Exported",
     "Findings",
     "Identification",
+    "Integration",
     "Margin",
     "Reading",
     "RobotArm",
     "Settings",
     "SimplifiedModel",
+    "Simulation",
     "States",
     "Tolerance",
     "TorqueComparison",

@@ -27,10 +27,29 @@ def joint_accelerations(
     method: str = DEFAULT_METHOD,
     drivetrain: Drivetrain = NO_DRIVES,
 ) -> FloatArray:
-    """Accelerations that the actuators' torques cause: (D + J) qdd = tau - h - c - resistance, all (..., n).
+    """Accelerations that the actuators' torques cause: (D + J) qdd = tau - h - c - resistance.
 
-    Raises an ArmError if D is singular, as the acceleration of a joint that moves no mass is undefined, or if
-    D has a negative eigenvalue.
+    Parameters
+    ----------
+    arm
+        The arm.
+    q, qd, torque
+        Joint variables, velocities and the actuators' torques, N m (N), shape (..., n).
+    method
+        Formulation that gives D, h and c.
+    drivetrain
+        Effects of the drives; by default none.
+
+    Returns
+    -------
+    ndarray
+        Accelerations, rad/s^2 (m/s^2), shape (..., n).
+
+    Raises
+    ------
+    ArmError
+        If D is singular, as the acceleration of a joint that moves no mass is undefined, or has a negative
+        eigenvalue.
     """
     _, arrays = checked_states(arm, q=q, qd=qd, torque=torque)
     rows = [array.reshape(-1, arm.n_joints) for array in arrays]

@@ -8,8 +8,6 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
@@ -110,12 +108,38 @@ def simulate(
     drivetrain: Drivetrain = NO_DRIVES,
     integration: Integration = USUAL_INTEGRATION,
 ) -> Simulation:
-    """Simulate the motion that torques cause from q0 and qd0, (n,); limits are ignored.
+    """Simulate the motion that torques cause; limits are ignored.
 
-    The actuators' torques are a function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and
-    (N, n) that a cubic spline interpolates; it overshoots near jumps, which need a function instead.
-    GdAnalyzeError if D is singular, the torque function misbehaves or the integrator gives up.
+    Parameters
+    ----------
+    arm
+        The arm.
+    torque
+        The actuators' torques, N m (N): a function (t, q, qd) -> (n,), or a history (time, values) of shapes
+        (N,) and (N, n) that a cubic spline interpolates; it overshoots near jumps, which need a function.
+    q0, qd0
+        Joint variables and velocities at the start, shape (n,).
+    duration
+        Seconds from the start.
+    drivetrain
+        Effects of the drives; by default none.
+    integration
+        Integrator, tolerances and set points reported.
+
+    Returns
+    -------
+    Simulation
+        The motion and its energy balance.
+
+    Raises
+    ------
+    UsageError
+        If a state, a duration or a history does not fit.
+    GdAnalyzeError
+        If D is singular, the torque function misbehaves or the integrator gives up.
     """
+    from scipy.integrate import solve_ivp
+
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
     _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
@@ -179,6 +203,8 @@ def _torque_function(
 
 def _spline(history: TorqueHistory, n: int, duration: float) -> TorqueFunction:
     """SciPy's cubic spline; its two continuous derivatives let a high-order integrator keep its order."""
+    from scipy.interpolate import CubicSpline
+
     try:
         time, values = (np.asarray(part, dtype=float) for part in history)
     except (TypeError, ValueError):
