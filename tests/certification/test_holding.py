@@ -90,6 +90,7 @@ def test_along_a_trajectory(puma, pick_and_place, level):
     np.testing.assert_array_equal(stated.certified, certificate.certified)
 
 
+@pytest.mark.slow
 def test_between_the_extremes_of_a_trajectory(puma, pick_and_place):
     """A budget kept at the set points only is broken between their extremes; a certified one is not."""
     exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives=True)
@@ -143,6 +144,7 @@ def test_along_a_motion_terms_refitted_and_a_program_are_proven(name, motion, mo
         assert largest_excess(model, tube, bounds, np.random.default_rng(2)) <= round_off_in(model, tube)
 
 
+@pytest.mark.slow
 def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
     """Fitted on 100 states alone, the budget is exceeded."""
     exact, box, rng = (

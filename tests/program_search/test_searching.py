@@ -24,6 +24,7 @@ from gd_analyze.simplification import fast_search
 from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast_search import FastSettings
+from long_cases import long_but
 
 PRICE = 4.0
 # Kernels and programs evaluate the same steps, but the order of operands: eps of parts of a torque, which is
@@ -96,7 +97,7 @@ def plain_search(name: str, seed: int, tries: int) -> tuple[Case, Any, Nodes]:
     return case, current, active
 
 
-@pytest.mark.parametrize("name", SETTINGS)
+@pytest.mark.parametrize("name", long_but({"usual"}, SETTINGS))
 def test_it_never_exceeds_the_limit_at_its_states(name):
     case, found, _ = plain_search(name, 1, 150)
     assert case.errors(found).max() <= LIMIT * ROUNDED
