@@ -18,7 +18,6 @@ from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.run_result import run_headline
-from gd_analyze.studies.main_job import find
 from gd_analyze.studies.steps import collect, read, set_points
 from gd_analyze.studies.steps.set_points import LongMotion
 
@@ -40,7 +39,7 @@ def long_swing() -> gd.Trajectory:
 
 @pytest.fixture(scope="module")
 def long_findings(two_link, long_swing):
-    return find(two_link, long_swing, SETTINGS)
+    return gd.analyze(two_link, long_swing, settings=SETTINGS)
 
 
 @pytest.mark.parametrize("options", [{"christoffel": False}, {"by_link": True, "terms": True}])
@@ -81,7 +80,7 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
 ):
     for module in (decomposition, read, set_points, collect, run):
         monkeypatch.setattr(module, "MOST_KEPT", LONG)
-    kept = find(two_link, long_swing, SETTINGS)
+    kept = gd.analyze(two_link, long_swing, settings=SETTINGS)
     assert kept.trajectory.n_set_points == LONG
     assert long_findings.trajectory.n_set_points <= MOST_KEPT
     assert long_findings.trajectory.n_stated == LONG
@@ -102,7 +101,8 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
 ):
     """Of two set points and nothing else the first model breaks its budget elsewhere."""
     searches = []
-    monkeypatch.setattr(set_points, "_SEARCHED", 2)
+    few = dataclasses.replace(set_points.SET_POINT_SETTINGS, evenly_searched=2)
+    monkeypatch.setattr(set_points, "SET_POINT_SETTINGS", few)
     of = LongMotion.of
 
     def blind(*given):
@@ -114,9 +114,7 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
     monkeypatch.setattr(LongMotion, "of", blind)
     stated = LongMotion.stated
     monkeypatch.setattr(LongMotion, "stated", lambda *given: searches.append(1) or stated(*given))
-    found = find(
-        two_link, long_swing, gd.types.Settings(level=level, budget="3%", at_set_points=at_set_points)
-    )
+    found = gd.analyze(two_link, long_swing, level=level, budget="3%", at_set_points=at_set_points)
     assert len(searches) > 2
     for model in (found.model, found.element_model):
         torque = model.torque(long_swing.q, long_swing.qd, long_swing.qdd)
@@ -173,26 +171,22 @@ def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_sw
 
 
 def test_what_is_stored_of_a_long_motion_can_be_chosen(two_link, long_swing, monkeypatch):
-    every = find(two_link, long_swing, gd.types.Settings(level="element", christoffel=True))
+    every = gd.analyze(two_link, long_swing, level="element", christoffel=True)
     assert {"christoffel", "inertia"} <= {*every.tables["every_set_point"]}
-    some = find(two_link, long_swing, gd.types.Settings(level="element", every_set_point=False))
+    some = gd.analyze(two_link, long_swing, level="element", every_set_point=False)
     assert "every_set_point" not in some.tables
     monkeypatch.setattr(set_points, "MOST_STORED", LONG - 1)
-    assert "every_set_point" not in find(two_link, long_swing, gd.types.Settings(level="element")).tables
+    assert "every_set_point" not in gd.analyze(two_link, long_swing, level="element").tables
 
 
 PEAK = """
 import resource, sys
 import gd_analyze as gd
-from gd_analyze.studies.main_job import find
-from gd_analyze.studies.study_files import write_findings
 from test_long_trajectories import swinging
-from pathlib import Path
 
 arm = gd.load_arm("puma560")
-settings = gd.types.Settings(level="element", budget=gd.types.Budget.parse("20%"))
-found = find(arm, swinging(6, int(sys.argv[1])), settings)
-write_findings(found, Path(sys.argv[2]), ("h5", "json", "csv", "html"))
+motion = swinging(6, int(sys.argv[1]))
+gd.analyze(arm, motion, sys.argv[2], level="element", budget="20%", formats=("h5", "json", "csv", "html"))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """
 

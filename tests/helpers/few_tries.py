@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import pytest
 
@@ -24,8 +25,10 @@ def few_tries() -> Iterator[None]:
     torques and saves operations is tested with the operations, and of exact programs with the levels.
     """
     with pytest.MonkeyPatch.context() as patch, without_cache():
-        for name in ("TRIES", "REARRANGEMENTS"):
-            patch.setattr(sharing, name, _TRIES)
+        few = replace(
+            sharing.SHARING_SETTINGS, most_tries_of_polynomials=_TRIES, most_tries_of_program=_TRIES
+        )
+        patch.setattr(sharing, "SHARING_SETTINGS", few)
         forget()
         yield
     forget()

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -151,7 +152,7 @@ def test_too_many_combinations_are_refused_before_they_are_made(tmp_path, monkey
         assert tracemalloc.get_traced_memory()[1] < 10e6
     finally:
         tracemalloc.stop()
-    monkeypatch.setattr(batch_rows, "_MOST_ROWS", 2)
+    monkeypatch.setattr(batch_rows, "BATCH_SETTINGS", replace(batch_rows.BATCH_SETTINGS, most_rows=2))
     (tmp_path / "a.csv").write_text("arm,trajectory\n" + "two_link,x.csv\n" * 3)
     with pytest.raises(UsageError, match="too many rows"):
         batch_rows.rows_in(tmp_path / "a.csv")
@@ -255,7 +256,9 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
         return module.BatchTask(row, *batch_rows.row_inputs(row, tmp_path), ())
 
     travels = task()
-    monkeypatch.setattr(batch_rows, "_SMALL", 300)  # the log is smaller, the arm is not
+    # The log is smaller, the arm is not.
+    small = replace(batch_rows.BATCH_SETTINGS, most_travelling_bytes=300)
+    monkeypatch.setattr(batch_rows, "BATCH_SETTINGS", small)
     by_path = task()
     assert by_path.arm.content is None
     assert by_path.trajectory.content == log.read_bytes()
@@ -306,6 +309,6 @@ def test_a_cluster_that_loses_a_worker_gives_the_table_of_one_process(tmp_path):
 
 def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="needs the extra `distributed`")
-    monkeypatch.setattr(many, "_PATIENCE", 0.5)
+    monkeypatch.setattr(many, "ANSWER_SECONDS", 0.5)
     with pytest.raises(UsageError, match="no Dask scheduler"):
         batch(ROWS, tmp_path, scheduler="tcp://127.0.0.1:1")

@@ -202,8 +202,8 @@ def test_draws_are_uniform_repeat_and_are_points_of_a_grid(puma, pick_and_place)
 def test_set_points_and_arms_in_blocks_are_as_those_at_once(puma, monkeypatch):
     motion, vary = drawn(puma), ["link3.mass=1..5:7", "speed=0.5..1:2"]
     whole = gd.sweep(puma, motion, vary, operations="none")
-    monkeypatch.setattr(many_arms, "_SET_POINTS", 7)
-    monkeypatch.setattr(many_arms, "_CELLS", 21)
+    monkeypatch.setattr(many_arms, "SET_POINTS_AT_ONCE", 7)
+    monkeypatch.setattr(many_arms, "CELLS_AT_ONCE", 21)
     parts = gd.sweep(puma, motion, vary, operations="none")
     assert (parts.verdict == whole.verdict).all()
     np.testing.assert_allclose(parts.contribution.values, whole.contribution.values, rtol=1e-12, atol=1e-13)

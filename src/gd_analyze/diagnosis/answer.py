@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,18 +14,29 @@ from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.text import named_joints, percent
 
-# Bins of a quantity, least samples of each, and the share of the residual's variance that their means explain
-# where it follows the quantity.
-_BINS, _PER_BIN, _FOLLOWS = 10, 5, 0.3
-# Torque by which the file's links are off, over its own, below which they are as good as right.
-_RIGHT = 0.05
-# The same beyond which files seldom are off; the fall of the score from which a cause is worth a look then.
-_MUCH, _PERHAPS = 0.5, 15.0
+
+@dataclass(frozen=True, kw_only=True)
+class _AnswerSettings:
+    """What is worth a sentence of the answer."""
+
+    bins: int = 10  # bins of a quantity that a residual may follow
+    least_samples_per_bin: int = 5  # samples of each bin, on average
+    # Share of the residual's variance that the bins' means explain where it follows the quantity.
+    followed_variance: float = 0.3
+    # Torque by which the file's links are off, over its own, below which they are as good as right.
+    right_torque_share: float = 0.05
+    much_torque_share: float = 0.5  # the same beyond which files seldom are off
+    possible_fall: float = 15.0  # fall of the score from which a cause is worth a look then
+    # Ratio of what remains above which a cause is seen by the links that it leaves nearer to the file's.
+    hardly_less_ratio: float = 0.9
+    # Share of faulty readings that the answer mentions; fewer are in the table alone.
+    mentioned_fault_share: float = 0.002
+
+
+_SETTINGS = _AnswerSettings()
+
+
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
-# Ratio of what remains above which a cause is seen by the links that it leaves nearer to the file's.
-_CLEARLY = 0.9
-# Share of faulty readings that the answer tells; fewer are in the table alone.
-_MANY = 0.002
 FOLLOWED = ("position", "velocity", "acceleration", "time")
 
 
@@ -33,7 +45,7 @@ def answer(diagnosis: Diagnosis) -> str:
     texts = [_of_cause(diagnosis, diagnosis.causes[0])] if diagnosis.causes else []
     texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in diagnosis.rivals]
     texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in diagnosis.causes[1:]]
-    faults = [fault for fault in diagnosis.faults if fault.share > _MANY]
+    faults = [fault for fault in diagnosis.faults if fault.share > _SETTINGS.mentioned_fault_share]
     # A wrong unit of time explains velocities, too.
     is_explained = any(cause.name == TimeUnit.name for cause in diagnosis.causes)
     of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
@@ -63,11 +75,12 @@ def answer(diagnosis: Diagnosis) -> str:
     torque_error = diagnosis.before.off
     if diagnosis.is_far_off:
         return " ".join([*texts, f"No cause found: {remains} {_FAR_OFF}"])
-    if torque_error < _RIGHT:
+    if torque_error < _SETTINGS.right_torque_share:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
     texts.append(f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}")
-    if torque_error > _MUCH and diagnosis.ranking and diagnosis.ranking[0].fall > _PERHAPS:
-        best = diagnosis.ranking[0]
+    best = diagnosis.ranking[0] if diagnosis.ranking else None
+    is_much = torque_error > _SETTINGS.much_torque_share
+    if is_much and best is not None and best.fall > _SETTINGS.possible_fall:
         texts.append(f"That is much, so look whether {_begun(best.what)} ({best.remedy}).")
     return " ".join(texts)
 
@@ -83,7 +96,7 @@ def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
     assert cause.fit is not None  # judged
     before, after = diagnosis.before, cause.fit
     gain = f"{percent(after.remains)} of the torque's RMS remains instead of {percent(before.remains)}"
-    if after.remains > _CLEARLY * before.remains and after.changed < before.changed:
+    if after.remains > _SETTINGS.hardly_less_ratio * before.remains and after.changed < before.changed:
         gain += ", and the links are nearer to the file's"
     text = f"{cause.what}: {gain}. {advice(cause)}"
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
@@ -112,15 +125,15 @@ def what_remains_follows(problem: Problem) -> list[str]:
             _share(x[is_measured], residual[is_measured])
             for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)
         ]
-        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _FOLLOWS else "")
+        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _SETTINGS.followed_variance else "")
     return out
 
 
 def _share(x: FloatArray, values: FloatArray) -> float:
     """Share of the variance of values that the means over bins of x explain, adjusted for their number."""
-    if len(values) < _BINS * _PER_BIN or not np.ptp(values):
+    if len(values) < _SETTINGS.bins * _SETTINGS.least_samples_per_bin or not np.ptp(values):
         return 0.0
-    parts = np.array_split(values[np.argsort(x, kind="stable")], _BINS)
+    parts = np.array_split(values[np.argsort(x, kind="stable")], _SETTINGS.bins)
     inside = sum(float(np.square(part - part.mean()).sum()) for part in parts)
     whole = float(np.square(values - values.mean()).sum())
-    return 1.0 - inside / (len(values) - _BINS) / (whole / (len(values) - 1))
+    return 1.0 - inside / (len(values) - _SETTINGS.bins) / (whole / (len(values) - 1))

@@ -59,7 +59,7 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
 
 
 # Factor on torques beside which those of links vanish.
-_LIGHT = 1e4
+_WEIGHTLESS_FACTOR = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,7 +272,7 @@ def _ranked(problem: Problem) -> list[Candidate]:
 
 def _tells(problem: Problem) -> bool:
     """Whether it would be noticed if the arm weighed next to nothing, so that friction alone remained."""
-    light = problem.correction.with_torque(_LIGHT * np.eye(problem.n))
+    light = problem.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(problem.n))
     return problem.score(light) > problem.settings.margin
 
 

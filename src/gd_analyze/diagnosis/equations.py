@@ -22,15 +22,22 @@ from gd_analyze.robots.parts import of_point_mass
 
 # Numbers of a joint itself: drive inertia, Coulomb and viscous friction, offset. All but the last are not
 # negative.
-OWN = 4
-# Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
-_NARROW = 0.02
+NUMBERS_OF_JOINT = 4
 
 
-# Share of a column's sum of squares added to equations of columns that vanish.
-_TINY = 1e-9
-# States drawn to find which errors of a file have any effect, and the share of the largest that has none.
-_DRAWN, _NO_EFFECT = 40, 1e-3
+@dataclass(frozen=True, kw_only=True)
+class _EquationSettings:
+    """Which errors of a file are unknowns of the equations."""
+
+    # Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
+    least_gyration_share: float = 0.02
+    # Share of a column's sum of squares added to equations of columns that vanish.
+    regularizing_share: float = 1e-9
+    drawn_states: int = 40  # states drawn to find which errors of a file have any effect
+    no_effect_share: float = 1e-3  # share of the largest effect that is none
+
+
+_SETTINGS = _EquationSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +76,11 @@ class TorqueSums:
             scale = np.sqrt(np.diag(products))
             scale[scale == 0.0] = 1.0
             outer = np.outer(scale, scale)
-            inverse = np.zeros((OWN, OWN))
+            inverse = np.zeros((NUMBERS_OF_JOINT, NUMBERS_OF_JOINT))
             free_block = np.ix_(np.flatnonzero(free), np.flatnonzero(free))
-            inverse[free_block] = np.linalg.inv(products / outer + _TINY * np.eye(len(places))) / outer
-            across = sums[shared : shared + OWN, :shared]
+            regular = products / outer + _SETTINGS.regularizing_share * np.eye(len(places))
+            inverse[free_block] = np.linalg.inv(regular) / outer
+            across = sums[shared : shared + NUMBERS_OF_JOINT, :shared]
             follows = inverse @ across
             self.eliminated[key] = Eliminated(sums[:shared, :shared] - across.T @ follows, inverse, follows)
         return self.eliminated[key]
@@ -81,17 +89,17 @@ class TorqueSums:
 @lru_cache(maxsize=16)
 def errors_that_act(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
-    n, rng = arm.n_joints, np.random.default_rng(0)
+    n, count, rng = arm.n_joints, _SETTINGS.drawn_states, np.random.default_rng(0)
     errors, parts = file_errors(arm, settings), []
     size = float(np.linalg.norm(arm.gravity)) or 1.0
     for axis in np.eye(3):  # the arm may be mounted in any way
-        q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, _DRAWN)), *rng.normal(0.0, 2.0, (2, n, _DRAWN))
+        q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, count)), *rng.normal(0.0, 2.0, (2, n, count))
         per_unit = regressor(replace(arm, gravity=size * axis), q, qd, qdd)
-        parts.append(np.einsum("ispt,spk->itsk", per_unit, errors, optimize=True).reshape(n, _DRAWN, -1))
+        parts.append(np.einsum("ispt,spk->itsk", per_unit, errors, optimize=True).reshape(n, count, -1))
     columns = np.concatenate(parts, axis=1)
     columns /= np.sqrt(np.square(columns).sum(axis=(1, 2), keepdims=True)) + np.finfo(float).tiny
     _, sizes, rows = np.linalg.svd(columns.reshape(-1, columns.shape[2]), full_matrices=False)
-    act = rows[sizes > _NO_EFFECT * sizes[0]]
+    act = rows[sizes > _SETTINGS.no_effect_share * sizes[0]]
     return np.einsum("spk,ask->spa", errors, act.reshape(-1, n, errors.shape[2]))
 
 
@@ -112,7 +120,7 @@ def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
             products = np.outer(com, moved) + np.outer(moved, com)
             steiner = mass * (np.trace(products) * np.eye(3) - products)
             out[i, :, 1 + axis] = inertial_parameters(0.0, mass * moved, steiner)
-        least = mass * (_NARROW * arm.reach) ** 2
+        least = mass * (_SETTINGS.least_gyration_share * arm.reach) ** 2
         moments = np.maximum(np.diag(link.inertia_com), least)
         for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             tensor = zeros.copy()

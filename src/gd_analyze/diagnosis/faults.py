@@ -14,21 +14,31 @@ from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number, percent
 
-# Share of a moving joint's readings at the same value, in one run, that no motion explains; and shortest run.
-_FROZEN, _SHORTEST = 0.05, 25
-# Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
-_CLIPPED, _RUN = 0.02, 4
-# A spike differs from the median of five by this many times what readings usually do; most of them.
-_SPIKE, _MOST_SPIKES = 20.0, 0.05
-# Spikes below this share of the joint's torque do no harm.
-_HARMLESS = 1.5
-# Readings around a fault that its filter blurs.
-_BLURRED = 3
-# Factor between velocity columns and dq/dt beyond which they disagree.
-_DISAGREES = 1.25
+
+@dataclass(frozen=True, kw_only=True)
+class _FaultSettings:
+    """Which readings are faulty."""
+
+    # Share of a moving joint's readings at the same value, in one run, that no motion explains.
+    frozen_share: float = 0.05
+    shortest_frozen_run: int = 25  # readings of the shortest such run
+    # Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
+    clipped_share: float = 0.02
+    shortest_clipped_run: int = 4  # readings of the shortest such run
+    # A spike differs from the median of five by this many times what readings usually do.
+    spike_factor: float = 20.0
+    most_spikes_share: float = 0.05  # share of the readings above which they are no spikes
+    harmless_factor: float = 1.5  # spikes below this multiple of the torque's standard deviation do no harm
+    blurred_readings: int = 3  # readings around a fault that its filter blurs
+    # Factor between velocity columns and dq/dt beyond which they disagree.
+    disagreeing_factor: float = 1.25
+    fewest_readings: int = 40  # least readings of a joint while it moves
+
+
+_SETTINGS = _FaultSettings()
+
+
 VELOCITIES = "velocity column"
-# Least readings.
-_FEWEST = 40
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,7 @@ def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], l
         good = np.ones(recording.torque.shape, dtype=bool)
         for i in range(arm.n_joints):
             moves = direction(log, i) != 0.0
-            if moves.sum() < _FEWEST or not np.isfinite(recording.torque[:, i]).any():
+            if moves.sum() < _SETTINGS.fewest_readings or not np.isfinite(recording.torque[:, i]).any():
                 continue
             for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
                 faults.append(fault)
@@ -83,8 +93,8 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
     runs = _runs(torque)
     top, bottom = np.nanmax(torque), np.nanmin(torque)
     at_end = (torque == top) | (torque == bottom)
-    clipped = at_end & (runs >= _RUN) & moves
-    if clipped.sum() > _CLIPPED * moves.sum():
+    clipped = at_end & (runs >= _SETTINGS.shortest_clipped_run) & moves
+    if clipped.sum() > _SETTINGS.clipped_share * moves.sum():
         share = float(clipped.sum() / moves.sum())
         ends = ", ".join(number(float(end)) for end in (bottom, top) if (clipped & (torque == end)).any())
         yield (
@@ -97,8 +107,9 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
             ),
             at_end,
         )
-    frozen = (runs >= max(_FROZEN * len(torque), _SHORTEST)) & moves & ~at_end
-    if frozen.sum() >= max(_FROZEN * len(torque), _SHORTEST):
+    shortest_run = max(_SETTINGS.frozen_share * len(torque), _SETTINGS.shortest_frozen_run)
+    frozen = (runs >= shortest_run) & moves & ~at_end
+    if frozen.sum() >= shortest_run:
         begin, end = log.time[np.flatnonzero(frozen)[[0, -1]]].tolist()
         yield (
             Fault(
@@ -111,7 +122,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
             frozen,
         )
     spikes = _spikes(torque)
-    if 0 < spikes.sum() <= _MOST_SPIKES * len(torque):
+    if 0 < spikes.sum() <= _SETTINGS.most_spikes_share * len(torque):
         share = float(spikes.mean())
         count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
         times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
@@ -132,8 +143,9 @@ def _of_velocities(log: Trajectory) -> Iterator[Fault]:
     recording = log.recording
     if recording is None or recording.qd is None:
         return
+    largest = _SETTINGS.disagreeing_factor
     for i, factor in enumerate(velocity_factors(log.time, recording.q, recording.qd, log.gaps).tolist()):
-        if np.isfinite(factor) and not 1.0 / _DISAGREES < factor < _DISAGREES:
+        if np.isfinite(factor) and not 1.0 / largest < factor < largest:
             yield Fault(
                 VELOCITIES,
                 i,
@@ -160,10 +172,10 @@ def _spikes(values: FloatArray) -> Array:
     # Readings of few values, and slow ones, are equal to their median: a typical difference is more than 0.
     usual = max(float(np.quantile(deviation, 0.9)), float(np.mean(np.abs(np.diff(filled)))), 1e-12)
     size = float(np.sqrt(np.mean((around - around.mean()) ** 2)))
-    return deviation > max(_SPIKE * usual, _HARMLESS * size)
+    return deviation > max(_SETTINGS.spike_factor * usual, _SETTINGS.harmless_factor * size)
 
 
 def _blurred(rows: Array) -> Array:
     """Rows and their neighbours."""
-    wide = np.convolve(rows.astype(float), np.ones(2 * _BLURRED + 1), mode="same")
+    wide = np.convolve(rows.astype(float), np.ones(2 * _SETTINGS.blurred_readings + 1), mode="same")
     return wide > 0.5

@@ -13,14 +13,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.equations import OWN, TorqueSums
+from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, TorqueSums
 from gd_analyze.diagnosis.settings import DiagnosisSettings
 
-# Most rounds of weighting joints by the previous residuals, and the change below which they end; the squared
-# residual, as a share of the torque's, to begin with.
-_ROUNDS, _SETTLED, _BEGIN = 6, 0.05, 0.01
-# Added to equations scaled to 1 that rounding makes singular.
-_ROUND_OFF = 1e-12
+
+@dataclass(frozen=True, kw_only=True)
+class _FitSettings:
+    """Rounds and round-off of a fit."""
+
+    most_rounds: int = 6  # most rounds of weighting joints by the previous residuals
+    settled_change: float = 0.05  # relative change of squared residuals below which the rounds end
+    first_noise_share: float = 0.01  # squared residual, as a share of the torque's, to begin with
+    singular_round_off: float = 1e-12  # added to equations scaled to 1 that rounding makes singular
+
+
+_SETTINGS = _FitSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +45,8 @@ class FileFit:
     @classmethod
     def of_nothing(cls, n: int) -> FileFit:
         """What is known of n joints that are not compared."""
-        return cls(0.0, 0.0, np.full(n, np.nan), 0.0, np.nan, np.zeros(0), np.full((n, OWN), np.nan))
+        joint_numbers = np.full((n, NUMBERS_OF_JOINT), np.nan)
+        return cls(0.0, 0.0, np.full(n, np.nan), 0.0, np.nan, np.zeros(0), joint_numbers)
 
     @property
     def remains(self) -> float:
@@ -50,7 +58,7 @@ class FileFit:
 def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSettings) -> FileFit:
     """Fit to torques that a matrix makes of those logged, (n, n)."""
     n, shared = equations.n_joints, equations.shared
-    end = shared + OWN
+    end = shared + NUMBERS_OF_JOINT
     used = equations.counts.min(axis=0) >= settings.fewest
     # Right-hand side: corrected torques less the file's.
     targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
@@ -60,12 +68,12 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
     size = torque_squares / np.maximum(equations.counts.sum(axis=0), 1.0)
     least = settings.floor**2 * size + np.finfo(float).tiny
     weight = np.minimum(settings.evidence, equations.counts.sum(axis=0) / settings.samples_each) * used
-    free = [(True,) * OWN] * n
-    noise = np.maximum(_BEGIN * size, least)
+    free = [(True,) * NUMBERS_OF_JOINT] * n
+    noise = np.maximum(_SETTINGS.first_noise_share * size, least)
     changes: FloatArray = np.zeros(shared)
-    joint_numbers: FloatArray = np.zeros((n, OWN))
+    joint_numbers: FloatArray = np.zeros((n, NUMBERS_OF_JOINT))
     joints = np.flatnonzero(used).tolist()
-    for _ in range(_ROUNDS):
+    for _ in range(_SETTINGS.most_rounds):
         before = noise
         normal, right = np.eye(shared), np.zeros(shared)
         for i in joints:
@@ -75,7 +83,7 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
             right += factor * (target[i, :shared] - eliminated.follows.T @ target[i, shared:end])
         # Under a wrong hypothesis columns may be many times as large as the file's error.
         root = np.sqrt(np.diag(normal))
-        scaled = normal / np.outer(root, root) + _ROUND_OFF * np.eye(shared)
+        scaled = normal / np.outer(root, root) + _SETTINGS.singular_round_off * np.eye(shared)
         changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
         for i in joints:
             eliminated = equations.without_own(i, free[i])
@@ -88,7 +96,7 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
         squares = _squares(equations.fitted, square, target, changes, joint_numbers)
         mean = squares / np.maximum(equations.counts[0], 1.0)
         noise = mean + least
-        if (np.abs(noise - before) < _SETTLED * before)[used].all():
+        if (np.abs(noise - before) < _SETTINGS.settled_change * before)[used].all():
             break
     square = np.einsum("id,idc,ic->i", targets, equations.scored[:, end:, end:], targets)
     target = np.einsum("icd,id->ic", equations.scored[:, :, end:], targets)
@@ -117,7 +125,7 @@ def _squares(
     sums: FloatArray, square: FloatArray, target: FloatArray, changes: FloatArray, joint_numbers: FloatArray
 ) -> FloatArray:
     """Squared residuals of every joint, (n,)."""
-    n, end = len(joint_numbers), len(changes) + OWN
+    n, end = len(joint_numbers), len(changes) + NUMBERS_OF_JOINT
     values = np.concatenate([np.broadcast_to(changes, (n, len(changes))), joint_numbers], axis=1)
     quadratic = np.einsum("ic,ic->i", (sums[:, :end, :end] @ values[:, :, None])[:, :, 0], values)
     linear = np.einsum("ic,ic->i", target[:, :end], values)
@@ -137,7 +145,7 @@ def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
 
 def _off(equations: TorqueSums, changes: FloatArray, used: Array) -> float:
     shared = equations.shared
-    file = equations.total[used, shared + OWN, shared + OWN]
+    file = equations.total[used, shared + NUMBERS_OF_JOINT, shared + NUMBERS_OF_JOINT]
     moved = (equations.total[used][:, :shared, :shared] @ changes) @ changes
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(

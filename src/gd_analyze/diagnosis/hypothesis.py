@@ -12,14 +12,14 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import OWN, TorqueSums, corrected_columns, equations_of
+from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, TorqueSums, corrected_columns, equations_of
 from gd_analyze.diagnosis.fit import FileFit, fitted
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.robots.arm import RobotArm
 
 # Equations kept at a time.
-_KEPT = 12
+_MOST_EQUATIONS_IN_MEMORY = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ class Problem:
         key = correction.key
         if key not in self.equations:
             self.equations[key] = equations_of(self.samples, correction, self.settings)
-            while len(self.equations) > _KEPT:
+            while len(self.equations) > _MOST_EQUATIONS_IN_MEMORY:
                 self.equations.popitem(last=False)
         self.equations.move_to_end(key)
         return fitted(self.equations[key], correction.torque, self.settings)
@@ -80,7 +80,7 @@ class Problem:
     def torques(self) -> tuple[FloatArray, FloatArray]:
         """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
         columns, counts, shared = corrected_columns(self.samples, self.correction, self.settings)
-        fit, end = self.null, shared + OWN
+        fit, end = self.null, shared + NUMBERS_OF_JOINT
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
         model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)
         measured = self.samples.torque @ self.correction.torque.T

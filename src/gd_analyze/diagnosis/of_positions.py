@@ -18,7 +18,7 @@ from gd_analyze.text import number
 from gd_analyze.units import TIME_UNITS
 
 # Cosine between parallel axes.
-_PARALLEL = 0.999
+_PARALLEL_COSINE = 0.999
 _SAID_BY_VELOCITIES = ", as the velocity columns say"
 
 
@@ -174,8 +174,8 @@ class Coupling(Hypothesis):
     """A joint is measured against the base, not against the link before it: parallel axes."""
 
     name = "coupled joints"
-    # Whether the axes of the pairs are parallel; cost of the cause.
-    _PARALLEL, _RARE = True, 0.0
+    _HAS_PARALLEL_AXES = True  # whether the axes of the pairs are parallel
+    _RARE = 0.0  # cost of the cause
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
@@ -185,7 +185,7 @@ class Coupling(Hypothesis):
             (i, j, sign)
             for i in problem.moving
             for j in problem.moving
-            if abs(i - j) == 1 and turns[i] and turns[j] and parallel[min(i, j)] == self._PARALLEL
+            if abs(i - j) == 1 and turns[i] and turns[j] and parallel[min(i, j)] == self._HAS_PARALLEL_AXES
             for sign in (1.0, -1.0)
         ]
         for i, j, sign in pairs:
@@ -209,7 +209,7 @@ class WristCoupling(Coupling):
     """A joint moves its neighbour across: motors that drive two joints of a wrist."""
 
     # Torque of one joint that a neighbour's sensor feels looks alike, as in a Panda's log (a fall of 120).
-    _PARALLEL, _RARE = False, 150.0
+    _HAS_PARALLEL_AXES, _RARE = False, 150.0
 
 
 def parallel_to_next(arm: RobotArm) -> list[bool]:
@@ -217,7 +217,7 @@ def parallel_to_next(arm: RobotArm) -> list[bool]:
     axes = solve_kinematics(arm, np.zeros((arm.n_joints, 1))).joint_axes[:, :, 0]
     turns = arm.is_revolute
     return [
-        turns[i] and turns[i + 1] and abs(float(axes[i] @ axes[i + 1])) > _PARALLEL
+        turns[i] and turns[i + 1] and abs(float(axes[i] @ axes[i + 1])) > _PARALLEL_COSINE
         for i in range(arm.n_joints - 1)
     ]
 
@@ -227,8 +227,8 @@ class TimeUnit(Hypothesis):
 
     name = "unit of time"
     _KNOWN = (1e3, 1e-3, 60.0, 10.0, 0.1)
-    # Least joints whose velocity columns have one factor, and its spread.
-    _FEWEST, _ALIKE = 2, 0.2
+    _FEWEST_JOINTS = 2  # least joints whose velocity columns have one factor
+    _LARGEST_SPREAD = 0.2  # of these factors, as a share of their median
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one."""
@@ -283,11 +283,10 @@ class TimeUnit(Hypothesis):
                 factors.append(velocity_factors(log.time, recording.q, recording.qd, log.gaps))
         known_factors = np.concatenate(factors) if factors else np.zeros(0)
         known_factors = known_factors[np.isfinite(known_factors) & (known_factors > 0.0)]
-        if len(known_factors) < self._FEWEST or np.ptp(known_factors) > self._ALIKE * float(
-            np.median(known_factors)
-        ):
+        if len(known_factors) < self._FEWEST_JOINTS:
             return None
-        return float(np.median(known_factors))
+        median = float(np.median(known_factors))
+        return None if np.ptp(known_factors) > self._LARGEST_SPREAD * median else median
 
     def _remedy(self, problem: Problem, pace: float, step: float) -> str:
         recording = problem.samples.logs[0].recording

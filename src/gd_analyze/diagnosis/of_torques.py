@@ -27,7 +27,7 @@ FACTORS = {
     1e-6: "microN m",
 }
 # Least deviation from 1 of a factor that is more than constants are known to.
-_NOTICED = 1.25
+_NOTICED_FACTOR = 1.25
 
 
 class TorqueSign(Hypothesis):
@@ -92,7 +92,7 @@ class TorqueScale(Hypothesis):
                 f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
             )
         else:
-            if 1.0 / _NOTICED < factor < _NOTICED:
+            if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
                 return
             size = "small" if factor > 1 else "large"
             sentence = f"All torques are too {size}: multiplied by {number(factor)} they fit"
@@ -137,7 +137,7 @@ class JointScale(Hypothesis):
             best[i] = score(at), float(np.exp(at))
         joint = min(best, key=lambda i: best[i][0])
         factor = best[joint][1]
-        if not 1.0 / _NOTICED < factor < _NOTICED:
+        if not 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
             factors = np.ones(n)
             factors[joint] = factor
             yield Candidate(
@@ -163,7 +163,7 @@ class JointScale(Hypothesis):
 
                 logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
         factors = np.exp(logs)
-        if np.ptp(logs[problem.moving]) > np.log(_NOTICED) and len(problem.moving) > 1:
+        if np.ptp(logs[problem.moving]) > np.log(_NOTICED_FACTOR) and len(problem.moving) > 1:
             constants = comma_separated(factors.tolist())
             yield Candidate(
                 self.name,

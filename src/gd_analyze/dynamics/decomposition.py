@@ -305,10 +305,10 @@ def _run(
     rows = [row for array in out.values() for row in array.reshape(-1, count)]
     inputs = {f"{kind}{i + 1}": row for kind, x in zip(kinds, states, strict=True) for i, row in enumerate(x)}
     batch = _batch(_program(arm, tuple(names), tuple(out)), min(count, CHUNK), get_ident())
-    for done, chunk in zip(range(0, count, CHUNK), batch.blocks(count), strict=True):
+    for start, chunk in zip(range(0, count, CHUNK), batch.blocks(count), strict=True):
         batch.at({name: row[chunk] for name, row in inputs.items()}, [row[chunk] for row in rows])
         if progress is not None:
-            progress(chunk.stop - done)
+            progress(chunk.stop - start)
 
 
 def contributions_program(arm: RobotArm, drives: bool) -> Program:

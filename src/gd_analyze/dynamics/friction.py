@@ -11,10 +11,10 @@ from gd_analyze.arrays import Array, FloatArray, chunks
 
 # A column with at most this share of its length independent of those before it is redundant: velocities and
 # torques are not more accurate.
-_DEPENDENT = 1e-6
+_DEPENDENT_SHARE = 1e-6
 
 # A column that varies by less than this share of its length is constant: round-off of a million terms.
-_CONSTANT = 1e-12
+_CONSTANT_SHARE = 1e-12
 
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
@@ -35,7 +35,7 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
     basis: list[int] = []
     for column in columns:
         remainder = abs(reduced(r[:, [*basis, column]])[-1, -1])
-        if remainder > _DEPENDENT * float(np.linalg.norm(r[:, column])):
+        if remainder > _DEPENDENT_SHARE * float(np.linalg.norm(r[:, column])):
             basis.append(column)
     return basis
 
@@ -43,14 +43,22 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
 def spread(columns: FloatArray) -> FloatArray:
     """Norm of columns of R less their means, the first column being an offset; nan if constant."""
     varied = np.linalg.norm(columns[1:], axis=0)
-    return np.where(varied > _CONSTANT * np.linalg.norm(columns, axis=0), varied, np.nan)
+    return np.where(varied > _CONSTANT_SHARE * np.linalg.norm(columns, axis=0), varied, np.nan)
 
 
-# Readings of a block: correlation extends over far less than half of it.
-_BLOCK = 2**14
-# Correlations are summed over this multiple of their sum; beyond it they are noise. A. Sokal (1997), Monte
-# Carlo methods in statistical mechanics, section 3.
-_WINDOW = 5.0
+@dataclass(frozen=True, kw_only=True)
+class _CorrelationSettings:
+    """How far a correlation of readings is followed."""
+
+    block_readings: int = 2**14  # readings of a block: correlation extends over far less than half of it
+    # Correlations are summed over this multiple of their sum; beyond it they are noise. A. Sokal (1997),
+    # Monte Carlo methods in statistical mechanics, section 3.
+    summed_times: float = 5.0
+    # Share of all pairs of readings below which those of a distance are too few to be reliable.
+    least_pairs_share: float = 0.1
+
+
+_CORRELATION = _CorrelationSettings()
 
 
 def correlation_time(
@@ -63,29 +71,29 @@ def correlation_time(
     and is conservative otherwise. `residual` gives a fit's residuals in a slice, `used` the set points used,
     `stretches` slices without a gap.
     """
-    products, pairs = np.zeros(_BLOCK // 2), np.zeros(_BLOCK // 2)
+    products, pairs = np.zeros(_CORRELATION.block_readings // 2), np.zeros(_CORRELATION.block_readings // 2)
     for stretch in stretches:
-        for start in range(stretch.start, stretch.stop, _BLOCK):
-            block = slice(start, min(start + _BLOCK, stretch.stop))
+        for start in range(stretch.start, stretch.stop, _CORRELATION.block_readings):
+            block = slice(start, min(start + _CORRELATION.block_readings, stretch.stop))
             is_used = used[block].astype(float)
             if is_used.any():
                 products += _at_distance(np.where(used[block], residual(block), 0.0))
                 pairs += _at_distance(is_used)
-    # Few pairs are unreliable.
-    enough = pairs >= max(0.1 * pairs[0], 1.0)
+    enough = pairs >= max(_CORRELATION.least_pairs_share * pairs[0], 1.0)
     n_distances = len(enough) if enough.all() else int(np.argmin(enough))
     covariance = products[:n_distances] / pairs[:n_distances]
     if n_distances < 2 or not covariance[0] > 0:
         return 1.0
     times = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
-    wide = np.flatnonzero(np.arange(n_distances) >= _WINDOW * times)
+    wide = np.flatnonzero(np.arange(n_distances) >= _CORRELATION.summed_times * times)
     return max(1.0, float(times[wide[0] if len(wide) else -1]))
 
 
 def _at_distance(values: FloatArray) -> FloatArray:
     """Sums of products of values 0, 1, 2, ... readings apart, for half a block."""
-    spectrum = np.fft.rfft(values, 2 * _BLOCK)
-    return np.fft.irfft(np.abs(spectrum) ** 2, 2 * _BLOCK)[: _BLOCK // 2]
+    length = 2 * _CORRELATION.block_readings
+    spectrum = np.fft.rfft(values, length)
+    return np.fft.irfft(np.abs(spectrum) ** 2, length)[: length // 4]
 
 
 FRICTION_TERMS = ("coulomb", "viscous", "offset")

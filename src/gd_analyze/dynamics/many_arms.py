@@ -30,9 +30,9 @@ VERDICT_NAMES = np.array(
     ["translation", "rotation", "both", "drive", "negligible", "zero", "within budget", "beyond budget"]
 )
 # Set points at a time that stay in the cache.
-_SET_POINTS = 512
+SET_POINTS_AT_ONCE = 512
 # Set points times arms at a time that stay in the cache.
-_CELLS = 4096
+CELLS_AT_ONCE = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +95,8 @@ def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed:
         np.zeros((len(CONTRIBUTIONS), n, n_arms)),
     )
     weightless = replace(arm, gravity=np.zeros(3))
-    for first in range(0, count, _SET_POINTS):
-        at, v, a = (x[:, first : first + _SET_POINTS] for x in (q, qd, qdd))
+    for first in range(0, count, SET_POINTS_AT_ONCE):
+        at, v, a = (x[:, first : first + SET_POINTS_AT_ONCE] for x in (q, qd, qdd))
         still, width = np.zeros_like(v), at.shape[1]
         loading, inertial = (
             regressor(*state) for state in ((arm, at, still, still), (weightless, at, still, a))
@@ -104,7 +104,7 @@ def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed:
         of_joints = np.moveaxis(np.concatenate([loading, inertial]), -1, 1).reshape(2 * n, width, -1)
         rows = np.concatenate([elements_per_unit(arm, at, v).reshape(-1, width, 10 * n), of_joints])
         translation, rotation = _Product.of(rows, points), _Product.of(rows, matter)
-        step = max(1, _CELLS // width)
+        step = max(1, CELLS_AT_ONCE // width)
         for block in (slice(start, start + step) for start in range(0, n_arms, step)):
             drives = (
                 bodies.drive_inertia[block].T[:, None] * a[..., None] if bodies.drive_inertia.size else 0.0

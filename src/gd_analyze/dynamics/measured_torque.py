@@ -49,34 +49,47 @@ CONTRADICTING = (
     "too light", "too heavy", "other sign", "another joint's", "lacks drive inertia", "does not follow",
 )  # fmt: skip
 
-# Share of the measured variance above which the model alone is enough: the residual is, as RMS, less than a
-# third (sqrt(0.1)) of the measured torque.
-FOLLOWS = 0.9
-# Correlation after friction above which the model's torque is present: it explains two thirds (0.8^2) of the
-# remaining variance.
-PRESENT = 0.8
-# Factor up to which model and measurement are equal: torque constants and gear efficiencies, which convert
-# currents to torques, are known to some 20 %.
-AS_LARGE = 4.0 / 3.0
-# Friction is Coulomb and viscous to within this share: it also depends on load, temperature and position.
-FRICTION_IS_KNOWN = 0.2
+
+@dataclass(frozen=True, kw_only=True)
+class _VerdictSettings:
+    """Limits between the verdicts on a joint's measured torque, and which readings count."""
+
+    # Share of the measured variance above which the model alone is enough: the residual is, as RMS, less than
+    # a third (sqrt(0.1)) of the measured torque.
+    followed_variance: float = 0.9
+    # Correlation after friction above which the model's torque is present: it explains two thirds (0.8^2) of
+    # the remaining variance.
+    present_correlation: float = 0.8
+    # Factor up to which model and measurement are equal: torque constants and gear efficiencies, which
+    # convert currents to torques, are known to some 20 %.
+    equal_factor: float = 4.0 / 3.0
+    # Friction is Coulomb and viscous to within this share: it also depends on load, temperature and position.
+    friction_tolerance: float = 0.2
+    # The residual after friction follows the joint's acceleration if that explains this share of its
+    # variance.
+    inertia_variance: float = 0.3
+    # Largest ratio of the variance that it then leaves to the one that a scaled model leaves.
+    inertia_to_scaled_model: float = 0.8
+    # Least readings to judge a joint, and to fit friction to a moving one: five per term and for a slope.
+    fewest_readings: int = 20
+    # A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter
+    # leaves some hundredths of it.
+    settling_periods: float = 0.5
+    # Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000
+    # readings.
+    noise_sigmas: float = 3.0
+    # A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep
+    # first, so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P.
+    # Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control
+    # of machines with friction, Automatica 30 (1994).
+    creeping_share: float = 0.05
+
+
+_VERDICTS = _VerdictSettings()
+
+
 # Standard errors that make a difference significant.
 SIGMAS = 3.0
-# The residual after friction follows the joint's acceleration if that explains this share of its variance.
-_EXPLAINED = 0.3
-
-# Least readings to judge a joint, and to fit friction to a moving one: five per term and for a slope.
-_FEWEST = 20
-# A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter leaves
-# some hundredths of it.
-_SETTLED = 0.5
-# Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000 readings.
-_NOISE_SIGMAS = 3.0
-# A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep
-# first, so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P. Dupont,
-# C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
-# with friction, Automatica 30 (1994).
-_CREEPING = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,7 +258,7 @@ def _of_joint(
     rows = inside & np.isfinite(measured)
     count, n = int(rows.sum()), model.shape[1]
     peak_model = float(np.abs(model[inside, joint]).max(initial=0.0))
-    if count < _FEWEST or not measured[rows].any():
+    if count < _VERDICTS.fewest_readings or not measured[rows].any():
         return _UNKNOWN | {"peak_model": peak_model, "verdict": "not measured"}
 
     def columns(at: slice) -> FloatArray:
@@ -256,11 +269,11 @@ def _of_joint(
     of_models, of_measured = r[:, 1:-1], r[:, -1:]
     difference = of_measured - of_models
     along = float(of_models[1:, joint] @ of_measured[1:, 0])
-    wide, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
+    spread_model, spread_measured = float(spread(of_models)[joint]), float(spread(of_measured)[0])
     explained_by = 1.0 - (np.linalg.norm(difference[1:], axis=0) / spread_measured) ** 2
     sign, velocity = direction(trajectory, joint), trajectory.qd[:, joint]
     moving = rows & (sign != 0.0) & _far_from_jumps(trajectory, sign)
-    is_still = bool(moving.sum() < _FEWEST)
+    is_still = bool(moving.sum() < _VERDICTS.fewest_readings)
     if is_still:  # an offset alone is fitted
         sign, velocity, moving = np.zeros_like(sign), np.zeros_like(sign), rows
     fit = fit_joint(model[:, joint], measured, sign, velocity, moving, trajectory.stretches)
@@ -272,8 +285,8 @@ def _of_joint(
         verdict = "stands still"
     return {
         "compared": count,
-        "correlation": along / (wide * spread_measured),
-        "slope": along / wide**2,
+        "correlation": along / (spread_model * spread_measured),
+        "slope": along / spread_model**2,
         "bias": float(difference[0, joint] / r[0, 0]),
         "rms": float(np.linalg.norm(difference[:, joint])) / np.sqrt(count),
         "peak_measured": float(np.abs(measured[rows]).max()),
@@ -291,22 +304,22 @@ def _verdict(fit: JointFit, explained_by: FloatArray, joint: int) -> tuple[Verdi
 
     `explained_by` is the share of the measured variance that every joint's model explains.
     """
-    if explained_by[joint] >= FOLLOWS:
+    if explained_by[joint] >= _VERDICTS.followed_variance:
         return "follows", 0
     best = float(np.delete(explained_by, joint).max(initial=-np.inf))
-    if best >= max(FOLLOWS, fit.explained):
+    if best >= max(_VERDICTS.followed_variance, fit.explained):
         return "another joint's", int(np.flatnonzero(explained_by == best)[0]) + 1
     if np.isfinite(fit.slope) and abs(fit.slope) > SIGMAS * fit.slope_error:
-        if fit.partial <= -PRESENT:
+        if fit.partial <= -_VERDICTS.present_correlation:
             return "other sign", 0
-        if fit.partial >= PRESENT:
+        if fit.partial >= _VERDICTS.present_correlation:
             is_significant = abs(fit.slope - 1.0) > SIGMAS * fit.slope_error
-            if fit.slope > AS_LARGE and is_significant:
+            if fit.slope > _VERDICTS.equal_factor and is_significant:
                 return "too light", 0
-            is_too_heavy = fit.slope < 1.0 / AS_LARGE and is_significant
+            is_too_heavy = fit.slope < 1.0 / _VERDICTS.equal_factor and is_significant
             return ("too heavy" if is_too_heavy else "follows but for friction"), 0
     # If the model were right, at least its own torque would remain after friction.
-    is_hidden = fit.model_rms <= max(fit.measured_rms, FRICTION_IS_KNOWN * fit.like_friction)
+    is_hidden = fit.model_rms <= max(fit.measured_rms, _VERDICTS.friction_tolerance * fit.like_friction)
     return ("below friction" if is_hidden else "does not follow"), 0
 
 
@@ -342,7 +355,8 @@ def _drive_inertia(
         for regressors in (terms, [*terms, 3], [*terms, 4])
     )
     inertia = float(np.linalg.lstsq(r[:, [*terms, 3]], r[:, 5], rcond=None)[0][-1])
-    return inertia if inertia > 0.0 and after <= min((1.0 - _EXPLAINED) * before, 0.8 * heavier) else np.nan
+    most = min((1.0 - _VERDICTS.inertia_variance) * before, _VERDICTS.inertia_to_scaled_model * heavier)
+    return inertia if inertia > 0.0 and after <= most else np.nan
 
 
 def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
@@ -370,7 +384,7 @@ def direction(trajectory: Trajectory, joint: int, fastest: float | None = None) 
     # other two, for any filter.
     noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
     fastest = float(np.abs(velocity).max()) if fastest is None else fastest
-    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), _CREEPING * fastest)
+    still = max(_VERDICTS.noise_sigmas * np.nan_to_num(noise), _VERDICTS.creeping_share * fastest)
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 
 
@@ -389,4 +403,4 @@ def _settling(trajectory: Trajectory) -> float:
     if recording is None or recording.cutoff is None:
         return 0.0
     cutoffs = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
-    return _SETTLED / float(cutoffs.max()) if len(cutoffs) else 0.0
+    return _VERDICTS.settling_periods / float(cutoffs.max()) if len(cutoffs) else 0.0

@@ -21,7 +21,7 @@ from gd_analyze.dynamics.regrouped_links import RegroupedArm, RegroupedLink, reg
 from gd_analyze.robots.arm import RobotArm
 
 # A quarter turn, rad.
-_QUARTER = 0.5 * math.pi
+_QUARTER_TURN = 0.5 * math.pi
 # An offset within this of quarter turns is exact quarter turns, rad.
 _ROUND_OFF = 1e-14
 
@@ -184,8 +184,8 @@ class _Run:
         """Turn from the frame before to that of the last one; the frame of a round link need not turn."""
         if link.is_round:
             return _Turn(self.rotation)
-        quarters = round(self.offset / _QUARTER)
-        if abs(self.offset - quarters * _QUARTER) > _ROUND_OFF:
+        quarters = round(self.offset / _QUARTER_TURN)
+        if abs(self.offset - quarters * _QUARTER_TURN) > _ROUND_OFF:
             angle = self.angle + self.offset
             return _Turn(self.rotation, (np.cos(angle), np.sin(angle)))
         cos, sin = np.cos(self.angle), np.sin(self.angle)

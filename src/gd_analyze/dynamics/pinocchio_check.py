@@ -147,8 +147,8 @@ def pinocchio_model(arm: RobotArm) -> Any:
     parent, behind = 0, pin.SE3.Identity()
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
         unaligned = getattr(pin, f"JointModel{joint.kind.capitalize()}Unaligned")
-        moving, where = unaligned(np.array(joint.axis)), behind * placed(joint.placement)
-        parent = model.addJoint(parent, moving, where, f"joint_{i + 1}")
+        moving, placement = unaligned(np.array(joint.axis)), behind * placed(joint.placement)
+        parent = model.addJoint(parent, moving, placement, f"joint_{i + 1}")
         behind = placed(link.frame)
         # Pinocchio refuses to construct a physically inconsistent inertia.
         body = pin.Inertia(link.mass, np.array(link.com), np.eye(3))

@@ -25,7 +25,7 @@ from gd_analyze.robots.parts import pseudo_inertia
 # Some dozen products and sums of numbers of equal size have less than this relative error.
 _ROUND_OFF = 1e-14
 # The common normal of axes closer to parallel than this is too far away for an origin.
-_SKEW = 1e-3
+_LEAST_SINE_BETWEEN_AXES = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def _origins(
     elif last and revolute[last - 1]:
         # Nearest to the previous axis; the given point if the two are nearly parallel.
         normal = np.cross(axes[last], axes[last - 1])
-        if np.linalg.norm(normal) >= _SKEW:
+        if np.linalg.norm(normal) >= _LEAST_SINE_BETWEEN_AXES:
             across = np.cross(points[last - 1] - points[last], axes[last - 1])
             origins[0] = points[last] + axes[last] * (across @ normal / (normal @ normal))
     for i in reversed(range(last)):
@@ -186,7 +186,7 @@ def _with_z(axis: FloatArray, *towards: Array) -> FloatArray:
         if vector.dtype != object:
             x = vector - axis * (axis @ vector)
             size = np.linalg.norm(x)
-            if size > _SKEW * np.linalg.norm(vector):
+            if size > _LEAST_SINE_BETWEEN_AXES * np.linalg.norm(vector):
                 x = x / size
                 return np.column_stack([x, np.cross(axis, x), axis])
     raise AssertionError("one of three unit vectors is not along the axis")

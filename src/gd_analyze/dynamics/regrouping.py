@@ -31,14 +31,14 @@ PARAMETER_KINDS = ("m", "mx", "my", "mz", "Pxx", "Pxy", "Pyy", "Pxz", "Pyz", "Pz
 _ENTRIES = tuple(tuple("xyz".find(axis) % 4 for axis in f"{kind[1:]:m<2}") for kind in PARAMETER_KINDS[:-1])
 # Directions larger than this share are not round-off: their relative error, eps over it, is smaller again.
 # Lengths are in units of the arm's, which gives shares a meaning.
-_STANDS_OUT = 1e-7
+_ROUND_OFF_SHARE = 1e-7
 # A drive's inertia is added to its link if possible, so that it may be omitted; then the first kind leaves
 # whose pivot is at least this share of the largest: solving for it loses at most a digit.
 _DRIVE = PARAMETER_KINDS.index("J")
 _LEAVES_FIRST = tuple(
     PARAMETER_KINDS.index(kind) for kind in ("m", "mz", "Pzz", "Pxz", "Pyz", "Pxy", "Pyy", "my", "mx", "Pxx")
 )
-_AS_GOOD = 0.1
+_LEAST_SHARE_OF_LARGEST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def regroupings(arm: RegroupedArm) -> tuple[Regrouping, ...]:
         scale = length ** np.array([*_LENGTHS, 2 if link.prismatic is None else 0])
         # Changes invisible to all functionals, orthonormal rows.
         _, sizes, directions = np.linalg.svd(functionals)
-        invisible = directions[np.count_nonzero(sizes > _STANDS_OUT * sizes[0]) :]
+        invisible = directions[np.count_nonzero(sizes > _ROUND_OFF_SHARE * sizes[0]) :]
         out.append(_leaving(invisible, scale))
         motions = _span(np.concatenate([motions, joint_motion[None]]))
         products = _span(np.concatenate([*earlier, mixed, alone[None]]))
@@ -124,7 +124,7 @@ def _places(link: RegroupedLink, length: float) -> FloatArray:
 def _span(matrices: FloatArray) -> FloatArray:
     """Orthonormal basis of the span of some matrices."""
     _, sizes, directions = np.linalg.svd(matrices.reshape(-1, 16), full_matrices=False)
-    return directions[sizes > _STANDS_OUT * max(sizes[0], np.finfo(float).tiny)].reshape(-1, 4, 4)
+    return directions[sizes > _ROUND_OFF_SHARE * max(sizes[0], np.finfo(float).tiny)].reshape(-1, 4, 4)
 
 
 def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
@@ -134,11 +134,12 @@ def _leaving(changes: FloatArray, scale: FloatArray) -> Regrouping:
     while len(lost) < len(changes):
         # Remainder of each kind after those chosen.
         sizes = np.linalg.norm(remainder, axis=0)
-        best = next(kind for kind in _LEAVES_FIRST if sizes[kind] >= _AS_GOOD * sizes[:_DRIVE].max())
-        lost.append(_DRIVE if sizes[_DRIVE] > _STANDS_OUT else best)
+        least = _LEAST_SHARE_OF_LARGEST * sizes[:_DRIVE].max()
+        best = next(kind for kind in _LEAVES_FIRST if sizes[kind] >= least)
+        lost.append(_DRIVE if sizes[_DRIVE] > _ROUND_OFF_SHARE else best)
         direction = remainder[:, lost[-1]] / sizes[lost[-1]]
         remainder = remainder - np.outer(direction, direction @ remainder)
     coefficients = np.linalg.solve(changes[:, lost], changes)
-    coefficients[np.abs(coefficients) < _STANDS_OUT] = 0.0
+    coefficients[np.abs(coefficients) < _ROUND_OFF_SHARE] = 0.0
     # A unit of a kind in the arm's own length is scale units of it.
     return Regrouping(tuple(lost), np.asarray(coefficients * scale / scale[lost, None], dtype=float))

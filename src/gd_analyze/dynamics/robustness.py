@@ -31,12 +31,21 @@ if TYPE_CHECKING:
 
 VERDICTS = ["translation", "rotation", "both", "zero"]
 
-# Longer motions are thinned evenly: the time grows with samples times set points.
-_MOST_SET_POINTS = 500
-# Samples of a block: at most 255, whose counts fit into bytes; arrays of more take memory and no less time.
-_BLOCK = 64
-# Rejected samples of a link per sample asked for, before its uncertainty is refused.
-_PATIENCE = 100
+
+@dataclass(frozen=True, kw_only=True)
+class _RobustnessSettings:
+    """How many set points and samples are looked at, and at a time."""
+
+    # Longer motions are thinned evenly: the time grows with samples times set points.
+    most_set_points: int = 500
+    # Samples of a block: at most 255, whose counts fit into bytes; arrays of more take memory and no less
+    # time.
+    block_samples: int = 64
+    # Rejected samples of a link per sample asked for, before its uncertainty is refused.
+    most_rejected_per_sample: int = 100
+
+
+_SETTINGS = _RobustnessSettings()
 
 
 @one_thread()
@@ -88,13 +97,12 @@ def robustness(
     arm = arm_of(arm)
     require_type(samples, (int, np.integer), "samples", "a whole number, at least 1")
     if samples < 1:
-        found = str(samples)
-        raise UsageError("there are no samples", where="samples", expected="at least 1", found=found)
+        raise UsageError("there are no samples", where="samples", expected="at least 1", found=str(samples))
     trajectory = trajectory_of(trajectory, arm)
     require_trajectory_joints(trajectory, arm)
     arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)
     drawn = Drawn.from_arm(arm, samples, np.random.default_rng(seed))
-    set_points = evenly(trajectory.n_set_points, _MOST_SET_POINTS)
+    set_points = evenly(trajectory.n_set_points, _SETTINGS.most_set_points)
     q, qd = (array[set_points].T for array in (trajectory.q, trajectory.qd))
     at_set_points, over_motion = _counts(elements_per_unit(arm, q, qd), drawn, threshold)
     coords = {
@@ -164,7 +172,7 @@ class Drawn:
                 drawn[missing, s] = sample = nominal[s] + _changes(link, missing.size, rng)
                 missing = missing[~_is_consistent(sample)] if is_checked else missing[:0]
                 redrawn[s] += missing.size
-                if redrawn[s] > _PATIENCE * samples:
+                if redrawn[s] > _SETTINGS.most_rejected_per_sample * samples:
                     message = f"hardly any sample of link {link.name} is physically consistent"
                     raise ArmError(message, where=link.place, next_step="state a smaller uncertainty of it")
         points = point_masses(drawn)
@@ -234,8 +242,8 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
         varying, fixed = flat[:, varies], flat[:, ~varies] @ sampled[0, ~varies]
         factors.append([x.astype(np.float32) for x in (varying, sampled[:, varies].T, fixed)])
     at_set_points, over_motion = np.zeros((n_elements, count, 3)), np.zeros((n_elements, 3))
-    for start in range(0, samples, _BLOCK):
-        block = slice(start, start + _BLOCK)
+    for start in range(0, samples, _SETTINGS.block_samples):
+        block = slice(start, start + _SETTINGS.block_samples)
         parts = [
             (varying @ sampled[:, block] + fixed[:, None]).reshape(n_elements, count, -1)
             for varying, sampled, fixed in factors

@@ -15,7 +15,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 
 # Number of poses in which the arm holds its own weight.
-_POSES = 500
+_DRAWN_POSES = 500
 
 
 def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | None = None) -> None:
@@ -38,7 +38,7 @@ def warn_of_weight(arm: RobotArm) -> None:
     """Warn of the joint whose drive is too weak for the arm's weight, in poses within its ranges."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # if ranges are assumed
-        q = states_in_box(arm, _POSES).q
+        q = states_in_box(arm, _DRAWN_POSES).q
     warn_of_torque_limits(arm, States(q, np.zeros_like(q), np.zeros_like(q)))
 
 

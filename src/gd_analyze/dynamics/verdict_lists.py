@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 # Lists in the order of reports; gravity loading that counts has one of its own.
 LISTS = ("translation", "rotation", "both", "gravity", "drive", "negligible", "zero")
 # Share of a joint's peak torque from which its drive makes most of it.
-_MOST = 0.5
+_LEAST_DRIVE_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def verdict_lists(ranking: xr.Dataset) -> VerdictLists:
             verdict = "gravity"
         share = driven if verdict == "drive" else columns["torque_share"][k]
         lists[verdict].append(Listed(label, columns["dominant"][k], share, columns["consequence"][k]))
-        if driven > _MOST:
+        if driven > _LEAST_DRIVE_SHARE:
             drives.append(DriveShare(columns["i"][k], label, driven))
     lists["drive"].sort(key=lambda listed: -listed.torque_share)
     return VerdictLists(

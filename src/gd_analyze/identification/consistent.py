@@ -9,6 +9,8 @@ file as possible, in plausible sizes.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
@@ -17,13 +19,23 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.identification.estimate import Estimate
 from gd_analyze.identification.rows import Unknowns
 
-# Least thickness of a body in any direction, as a share of its plausible length, squared.
-_THINNEST = 1e-4
+
+@dataclass(frozen=True, kw_only=True)
+class _ConsistencySettings:
+    """Bounds of the bodies that fit the logs."""
+
+    # Least thickness of a body in any direction, as a share of its plausible length, squared.
+    least_thickness_squared: float = 1e-4
+    least_mass_share: float = 1e-3  # least share of a link's plausible mass
+    room_at_bound: float = 1e-12  # room for round-off at a bound
+    # A solver with ten digits does not resolve larger ratios of standard errors.
+    largest_strength: float = 1e5
+
+
+_SETTINGS = _ConsistencySettings()
+
+
 _SQRT2 = np.sqrt(2.0)
-# Least share of a link's plausible mass; room for round-off at a bound.
-_LIGHTEST, EPS = 1e-3, 1e-12
-# A solver with ten digits does not resolve larger ratios of standard errors.
-_SHARPEST = 1e5
 
 
 def pseudo_inertias() -> FloatArray:
@@ -49,6 +61,7 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     from scipy import sparse
 
     p = len(estimate.start)
+    thickness = _SETTINGS.least_thickness_squared * _triangle(np.eye(4))
     scaled, aims = _objective(estimate)
     upper = sparse.csc_matrix(np.triu(scaled.T @ scaled))
     bodies = _bodies(unknowns)
@@ -63,7 +76,7 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
         block = np.zeros((10, p))
         block[:, body] = triangle.T * estimate.sizes[body]
         rows.append(-block)
-        shift.append(triangle.T @ estimate.start[body] - _THINNEST * _triangle(np.eye(4)))
+        shift.append(triangle.T @ estimate.start[body] - thickness)
     cones = [clarabel.NonnegativeConeT(len(at_least_0)), *(clarabel.PSDTriangleConeT(4) for _ in bodies)]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
@@ -92,8 +105,9 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     least = np.zeros_like(lower)
     # A link with mass in the file keeps a little.
     masses = [body.start for body in _bodies(unknowns)]
-    least[masses] = np.minimum(estimate.start[masses], _LIGHTEST * estimate.sizes[masses])
-    lower[signed] = (least[signed] - estimate.start[signed]) / estimate.sizes[signed] - EPS
+    least[masses] = np.minimum(estimate.start[masses], _SETTINGS.least_mass_share * estimate.sizes[masses])
+    lower[signed] = (least[signed] - estimate.start[signed]) / estimate.sizes[signed]
+    lower[signed] -= _SETTINGS.room_at_bound
     solution = lsq_linear(*_objective(estimate), (lower, np.inf), method="bvls")
     values = estimate.start + estimate.sizes * solution.x
     values[signed] = np.maximum(values[signed], least[signed])
@@ -103,7 +117,8 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
 def _objective(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
     """A and b of the objective |A x - b|^2, with x in plausible sizes from the start."""
     unidentifiable = len(estimate.start) - estimate.identifiable
-    weights = np.concatenate([np.minimum(estimate.strength, _SHARPEST), np.ones(unidentifiable)])
+    strength = np.minimum(estimate.strength, _SETTINGS.largest_strength)
+    weights = np.concatenate([strength, np.ones(unidentifiable)])
     steps = np.concatenate([estimate.steps, np.zeros(unidentifiable)])
     return weights[:, None] * estimate.directions, weights * steps
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,20 +23,29 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.plausibility import CHECKS
 from gd_analyze.text import named_joints, number
 
-# Ratio of identified and stated torque or inertia, or its inverse, beyond which no arm is written: files that
-# state no drives are off by up to three, N mm, N cm and currents by ten and more.
-_ANOTHER_UNIT = 10.0
-# Ratio of gravity torques that calls for a look: masses and torque constants are off by up to a third; and of
-# inertias, to which unstated drives add up to twice the links'.
-_HEAVIER, _MORE_INERT = 1.5, 5.0
-# Cosine between gravity torques below which they share nothing; or less than masses and centres explain.
-_CONTRARY, _UNLIKE = 0.5, 0.8
-# Share of the largest gravity torque below which a joint's says nothing.
-_SMALL = 0.1
-# Standard error of torque constants and gear efficiencies, of which nothing is known.
-_CONSTANTS = 0.2
-# Set points of a log at which models are compared.
-_STATES = 300
+
+@dataclass(frozen=True, kw_only=True)
+class _DoubtSettings:
+    """How far an identified arm may be from its file."""
+
+    # Ratio of identified and stated torque or inertia, or its inverse, beyond which no arm is written: files
+    # that state no drives are off by up to three, N mm, N cm and currents by ten and more.
+    another_unit_factor: float = 10.0
+    # Ratio of gravity torques that calls for a look: masses and torque constants are off by up to a third.
+    heavier_factor: float = 1.5
+    # The same of inertias, to which unstated drives add up to twice the links'.
+    more_inert_factor: float = 5.0
+    contrary_cosine: float = 0.5  # cosine between gravity torques below which they share nothing
+    # The same of one joint, below which they share less than errors of masses and centres explain.
+    unlike_cosine: float = 0.8
+    # Share of the largest gravity torque below which a joint's says nothing.
+    little_gravity_share: float = 0.1
+    # Standard error of torque constants and gear efficiencies, of which nothing is known.
+    unknown_scale_error: float = 0.2
+    compared_states: int = 300  # set points of a log at which models are compared
+
+
+_SETTINGS = _DoubtSettings()
 
 
 def require_torque_of_this_size(
@@ -52,7 +62,7 @@ def require_torque_of_this_size(
     if not squares[1]:
         return
     ratio = float(np.sqrt(squares[0] / squares[1]))
-    if not 1.0 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT:
+    if not 1.0 / _SETTINGS.another_unit_factor < ratio < _SETTINGS.another_unit_factor:
         raise _contradiction(arm, f"measured torques, friction aside, are {number(ratio)} times the file's")
 
 
@@ -92,19 +102,19 @@ def scale_error(file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[
     Noise does not show the scale of torque constants. If they and the file's masses are right, both agree.
     """
     if not file_arm.mass.any():
-        return _CONSTANTS
+        return _SETTINGS.unknown_scale_error
     file_torque, identified_torque = _gravity_torques(file_arm, identified_arm, _states_of(motions))
     along, squares = (file_torque * identified_torque).sum(axis=0), np.square(file_torque).sum(axis=0)
     has_gravity = squares > 0.0
     if not has_gravity.any():
-        return _CONSTANTS
+        return _SETTINGS.unknown_scale_error
     deviations = along[has_gravity] / squares[has_gravity] - 1.0
     return float(np.sqrt(squares[has_gravity] @ deviations**2 / squares.sum()))
 
 
 def _states_of(motions: Sequence[Trajectory]) -> States:
     """Some set points of logs."""
-    samples = [(motion, evenly(motion.n_set_points, _STATES)) for motion in motions]
+    samples = [(motion, evenly(motion.n_set_points, _SETTINGS.compared_states)) for motion in motions]
     q, qd, qdd = (np.concatenate([getattr(log, x)[at] for log, at in samples]) for x in ("q", "qd", "qdd"))
     return States(q, qd, qdd)
 
@@ -128,20 +138,23 @@ def _unlike_the_file(file_arm: RobotArm, identified_arm: RobotArm, states: State
     )
     if file_torque.any():
         cosine = _cosine(file_torque, identified_torque)
-        if cosine < _CONTRARY:
+        if cosine < _SETTINGS.contrary_cosine:
             raise _contradiction(
                 file_arm, f"the gravity torques that fit are not the file's (cosine {number(cosine)})"
             )
-        counts = np.maximum(file_rms, identified_rms) > _SMALL * max(file_rms.max(), identified_rms.max())
+        largest_rms = max(file_rms.max(), identified_rms.max())
+        counts = np.maximum(file_rms, identified_rms) > _SETTINGS.little_gravity_share * largest_rms
         unlike = [
-            i for i in range(n) if counts[i] and _cosine(file_torque[:, i], identified_torque[:, i]) < _UNLIKE
+            i
+            for i in range(n)
+            if counts[i] and _cosine(file_torque[:, i], identified_torque[:, i]) < _SETTINGS.unlike_cosine
         ]
         if unlike:
             joints = named_joints([i + 1 for i in unlike], n)
             yield f"the gravity torque identified at {joints} does not follow the file's"
         for i in np.flatnonzero(counts).tolist():
             ratio = float(identified_rms[i] / file_rms[i]) if file_rms[i] else np.inf
-            if i not in unlike and not 1.0 / _HEAVIER < ratio < _HEAVIER:
+            if i not in unlike and not 1.0 / _SETTINGS.heavier_factor < ratio < _SETTINGS.heavier_factor:
                 yield f"the gravity torque identified at joint {i + 1} is {number(ratio)} times the file's"
     if not all(file_arm.is_revolute):  # kg and kg m^2 have no common largest
         return
@@ -152,9 +165,9 @@ def _unlike_the_file(file_arm: RobotArm, identified_arm: RobotArm, states: State
     ratio = float(identified_inertia[joint] / file_inertia[largest]) if file_inertia[largest] else 1.0
     whose = "the file's" if joint == largest else f"the file's at joint {largest + 1}"
     difference = f"the inertia identified at joint {joint + 1} is {number(ratio)} times {whose}"
-    if not 1.0 / _ANOTHER_UNIT < ratio < _ANOTHER_UNIT:
+    if not 1.0 / _SETTINGS.another_unit_factor < ratio < _SETTINGS.another_unit_factor:
         raise _contradiction(file_arm, difference)
-    if not 1.0 / _MORE_INERT < ratio < _MORE_INERT:
+    if not 1.0 / _SETTINGS.more_inert_factor < ratio < _SETTINGS.more_inert_factor:
         yield difference
 
 

@@ -23,20 +23,35 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.parts import of_point_mass
 
-# Most rounds of weighting joints by the previous residuals, and the change below which they end.
-_ROUNDS, _SETTLED = 12, 1e-3
-# Least plausible size of a link, as a share of the reach, and mass, as a share of the mean link.
-_SHORTEST, _LIGHTEST = 0.05, 0.1
-_ROWS_AT_ONCE = 4096
-# Singular values below this share of the largest are round-off, as is this share of a torque.
-_DIGITS, _ROUND_OFF = 1e-10, 1e-12
-# Density, kg/m^3, and radius over length of rods that replace links without data in the file.
-_DENSITY, _SLENDER = 1500.0, 0.2
-# A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that is
-# not clearly better than that tells nothing new.
-_FILE = 1.0 / 3.0
-# Radius of gyration, as a share of the reach, of a link without mass in the file.
-_AS_WIDE = 0.2
+
+@dataclass(frozen=True, kw_only=True)
+class _SolvingSettings:
+    """Rounds and round-off of the weighted least squares."""
+
+    most_rounds: int = 12  # most rounds of weighting joints by the previous residuals
+    settled_change: float = 1e-3  # relative change of the noise below which the rounds end
+    rows_at_once: int = 4096  # rows in memory at a time
+    least_singular_share: float = 1e-10  # singular values below this share of the largest are round-off
+    round_off_share: float = 1e-12  # share of the largest torque that is round-off
+
+
+@dataclass(frozen=True, kw_only=True)
+class _SizeSettings:
+    """What is plausible of links of which a file or a log says little."""
+
+    shortest_share: float = 0.05  # least plausible size of a link, as a share of the reach
+    lightest_share: float = 0.1  # least plausible mass of a link, as a share of the mean link's
+    rod_density: float = 1500.0  # density of rods that replace links without data in the file, kg/m^3
+    rod_slenderness: float = 0.2  # radius of these rods over their length
+    # A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that
+    # is not clearly better than that tells nothing new.
+    file_error_share: float = 1.0 / 3.0
+    # Radius of gyration, as a share of the reach, of a link without mass in the file.
+    gyration_share: float = 0.2
+
+
+_SOLVING = _SolvingSettings()
+_SIZES = _SizeSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +124,9 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
     def weighed() -> FloatArray:
         return reduced(np.vstack([triangles[i] / (noise[i] * np.sqrt(correlated[i])) for i in joints]))
 
-    for _ in range(_ROUNDS):
+    for _ in range(_SOLVING.most_rounds):
         r, before = weighed(), noise.copy()
-        steps, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_DIGITS)
+        steps, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_SOLVING.least_singular_share)
         values = start + sizes * steps
         for i in joints:
             residual = rows[i].torque - rows[i].columns @ values
@@ -119,9 +134,9 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
             correlated[i] = correlation_time(residual.__getitem__, all_rows, [slice(0, len(residual))])
             spare = max(len(residual) - rank / len(joints), 1.0)
             # A residual is never less than the round-off of its operands.
-            least = _ROUND_OFF * float(np.abs(rows[i].torque).max())
+            least = _SOLVING.round_off_share * float(np.abs(rows[i].torque).max())
             noise[i] = max(float(np.sqrt(residual @ residual / spare)), least)
-        if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED:
+        if np.nanmax(np.abs(noise / before - 1.0)) < _SOLVING.settled_change:
             break
     return _along_directions(weighed(), start, sizes, noise, correlated)
 
@@ -150,8 +165,8 @@ def _along_directions(
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:
     """Columns times plausible sizes, and residual torque of the start; some rows at a time."""
-    for first in range(0, len(rows.torque), _ROWS_AT_ONCE):
-        block = rows.at(slice(first, first + _ROWS_AT_ONCE))
+    for first in range(0, len(rows.torque), _SOLVING.rows_at_once):
+        block = rows.at(slice(first, first + _SOLVING.rows_at_once))
         yield np.column_stack([block.columns * sizes, block.torque - block.columns @ start])
 
 
@@ -163,8 +178,8 @@ def plausible_sizes(
     Of links that a file states, it is the size of the file's error.
     """
     sizes, n = np.zeros(unknowns.count), arm.n_joints
-    masses = np.maximum(links[:, 0], _LIGHTEST * float(links[:, 0].mean()))
-    lengths = np.full(n, _SHORTEST * (arm.reach or 1.0))
+    masses = np.maximum(links[:, 0], _SIZES.lightest_share * float(links[:, 0].mean()))
+    lengths = np.full(n, _SIZES.shortest_share * (arm.reach or 1.0))
     for i, (link, parameters) in enumerate(zip(arm.links, links, strict=True)):
         ends = [parameters[1:4] / masses[i], link.frame.translation]
         ends += [joint.placement.translation for joint in arm.joints[i + 1 : i + 2]]
@@ -177,7 +192,7 @@ def plausible_sizes(
     if arm.drives:
         sizes[unknowns.of_drives] = np.maximum(sizes[unknowns.of_drives], arm.drive_inertia)
     if arm.mass.any():
-        sizes[unknowns.of_links] *= _FILE
+        sizes[unknowns.of_links] *= _SIZES.file_error_share
     first, drive = unknowns.of_friction.start, unknowns.of_drives.start
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # if limits are assumed
@@ -210,11 +225,11 @@ def _uniform_bodies(arm: RobotArm) -> FloatArray:
         # From the joint's origin to the next joint's, in the link's frame.
         begin = -link.frame.rotation.T @ link.frame.translation
         along = beyond - begin
-        length = max(float(np.linalg.norm(along)), _SHORTEST * (arm.reach or 1.0))
-        mass = _DENSITY * np.pi * (_SLENDER * length) ** 2 * length
+        length = max(float(np.linalg.norm(along)), _SIZES.shortest_share * (arm.reach or 1.0))
+        mass = _SIZES.rod_density * np.pi * (_SIZES.rod_slenderness * length) ** 2 * length
         com = begin + along / 2.0
         square = along @ along * np.eye(3) - np.outer(along, along)
-        inertia = mass * (square / 12.0 + (_SLENDER * length) ** 2 / 2.0 * np.eye(3))
+        inertia = mass * (square / 12.0 + (_SIZES.rod_slenderness * length) ** 2 / 2.0 * np.eye(3))
         out.append(inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com)))
     return np.array(out)
 
@@ -232,6 +247,6 @@ def described(arm: RobotArm) -> FloatArray:
     for i, link in enumerate(arm.links):
         if link.axial_only:
             moment = float(np.abs(link.inertia_com).max())
-            mass = moment / (_AS_WIDE * (arm.reach or 1.0)) ** 2
+            mass = moment / (_SIZES.gyration_share * (arm.reach or 1.0)) ** 2
             parameters[i] = inertial_parameters(mass, np.zeros(3), moment * np.eye(3))
     return parameters

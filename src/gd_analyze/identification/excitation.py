@@ -19,7 +19,7 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
 from gd_analyze.identification.expected_equations import ExpectedEquations
-from gd_analyze.identification.fourier_series import INSTANTS, FourierSeries
+from gd_analyze.identification.fourier_series import INSTANTS_PER_PERIOD, FourierSeries
 from gd_analyze.motions.limits import limit_report
 from gd_analyze.motions.planning import Plan, Schedule
 from gd_analyze.motions.reading import refusal
@@ -31,23 +31,31 @@ from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST, number
 from gd_analyze.threads import one_thread
 
-# Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
-# readings, leave an error of ten times a parameter's plausible size.
-_USELESS = 1e5
-# Set points per second by default.
-_RATE = 100.0
-# Equations are evaluated at every fifth of the instants used for limits.
-_EVERY = 5
-# Random series; descents from the best ones, tries of each, and more tries of the best.
-_STARTS, _DESCENTS, _TRIES, _MORE = 40, 3, 50, 160
-# Of a derivative.
-_STEP = 1e-6
-# Positions drawn for a box, and the size of the series there.
-_DRAWN, _SMALL = 4000, 0.5
-# Desired and least distance of the end effector from the walls of its box, as a share of the reach.
-_CLEARANCE, _LEAST_CLEARANCE = 5e-3, 5e-4
-# Loss of an instant that is outside by the arm's reach; a larger one slows the descent.
-_PENALTY = 1e3
+
+@dataclass(frozen=True, kw_only=True)
+class _ExcitationSettings:
+    """The search for an exciting motion."""
+
+    # Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
+    # readings, leave an error of ten times a parameter's plausible size.
+    most_condition_number: float = 1e5
+    set_points_per_second: float = 100.0  # set points per second by default
+    instants_per_equation: int = 5  # equations are evaluated at every fifth of the instants used for limits
+    random_series: int = 40  # random series to begin with
+    descents: int = 3  # descents from the best of them
+    tries_per_descent: int = 50  # tries of each descent
+    tries_of_best: int = 160  # further tries of the best descent
+    difference_step: float = 1e-6  # step of a difference that stands for a derivative
+    drawn_positions: int = 4000  # positions drawn for a box of the end effector
+    size_in_box: float = 0.5  # size of the series around the best of these positions
+    # Desired and least distance of the end effector from the walls of its box, as shares of the reach.
+    clearance_share: float = 5e-3
+    least_clearance_share: float = 5e-4
+    # Loss of an instant that is outside by the arm's reach; a larger one slows the descent.
+    outside_penalty: float = 1e3
+
+
+_SETTINGS = _ExcitationSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +149,9 @@ def exciting_motion(
     """
     arm = arm_of(arm)
     duration = float(Schedule(duration).duration)
-    count = max(2, round(_RATE * duration) + 1) if n_set_points is None else n_set_points
+    count = n_set_points
+    if count is None:
+        count = max(2, round(_SETTINGS.set_points_per_second * duration) + 1)
     Schedule(duration, n_set_points=count)  # refuses impossible values
     family = FourierSeries(box_limits(arm), duration)
     fewest = 1 + 2 * family.harmonics * round(duration / family.period)
@@ -154,19 +164,19 @@ def exciting_motion(
             "n_set_points",
             expected,
             str(count),
-            f"by default there are {_RATE:g} per second",
+            f"by default there are {_SETTINGS.set_points_per_second:g} per second",
         )
     search = _Search(arm, family, within)
     try:
         series = search.best(np.random.default_rng(seed))
-        condition = search.equations.condition(family.motion(series)[..., ::_EVERY])
+        condition = search.equations.condition(family.motion(series)[..., :: _SETTINGS.instants_per_equation])
     except np.linalg.LinAlgError:  # of equations without any motion
         condition = np.inf
-    if condition > _USELESS:
+    if condition > _SETTINGS.most_condition_number:
         raise UsageError(
             "the duration is too short for a motion that tells links, drives and friction apart",
             where="duration",
-            expected=f"equations of a condition number up to {_USELESS:g}",
+            expected=f"equations of a condition number up to {_SETTINGS.most_condition_number:g}",
             found=f"{number(condition, 2)} in {duration:g} s",
             next_step="plan a longer motion: 10 s to 30 s are usual",
         )
@@ -190,7 +200,7 @@ class _Search:
     def __init__(self, arm: RobotArm, family: FourierSeries, within: Workspace | None) -> None:
         self.arm, self.family, self.within = arm, family, within
         self.reach = arm.reach or 1.0
-        self.fine = np.linspace(0.0, family.period, 10 * INSTANTS * family.harmonics + 1)
+        self.fine = np.linspace(0.0, family.period, 10 * INSTANTS_PER_PERIOD * family.harmonics + 1)
         self.equations = ExpectedEquations(arm, family.limits)
         stated = [drive.torque_limit or np.inf for drive in arm.drives]
         self.torques = np.array(stated or [np.inf] * arm.n_joints)
@@ -208,39 +218,43 @@ class _Search:
 
     def loss(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Minus the log of the determinant, and a penalty outside the box; and the derivative by x."""
-        near = self.family.motion(self.family.within_limits(np.vstack([x, x + _STEP * np.eye(len(x))])))
-        change, n = (near[:, 1:] - near[:, :1]) / _STEP, self.arm.n_joints
-        log_determinant, slope = self.equations.log_determinant(near[:, 0, :, ::_EVERY])
-        value, gradient = -log_determinant, -np.einsum("skiN,siN->k", change[..., ::_EVERY], slope)
+        n, step, every = self.arm.n_joints, _SETTINGS.difference_step, _SETTINGS.instants_per_equation
+        near = self.family.motion(self.family.within_limits(np.vstack([x, x + step * np.eye(len(x))])))
+        change = (near[:, 1:] - near[:, :1]) / step
+        log_determinant, slope = self.equations.log_determinant(near[:, 0, :, ::every])
+        value, gradient = -log_determinant, -np.einsum("skiN,siN->k", change[..., ::every], slope)
         if self.within is not None:
-            positions = near[0, 0][:, None] + _STEP * np.eye(n + 1)[1:, :, None]
-            far = np.square(self.outside(positions.reshape(n, -1), _CLEARANCE) / self.reach).sum(axis=0)
-            far = _PENALTY * far.reshape(n + 1, -1)
+            positions = (near[0, 0][:, None] + step * np.eye(n + 1)[1:, :, None]).reshape(n, -1)
+            outside = self.outside(positions, _SETTINGS.clearance_share)
+            far = np.square(outside / self.reach).sum(axis=0)
+            far = _SETTINGS.outside_penalty * far.reshape(n + 1, -1)
             value += float(far[0].sum())
-            gradient += np.einsum("kiN,iN->k", change[0], (far[1:] - far[0]) / _STEP)
+            gradient += np.einsum("kiN,iN->k", change[0], (far[1:] - far[0]) / step)
         return value, gradient
 
     def starts(self, rng: np.random.Generator) -> FloatArray:
         """Numbers of random series, (starts, count); with a box, small ones about positions within it."""
-        x = self.family.random(rng, _STARTS)
+        x = self.family.random(rng, _SETTINGS.random_series)
         if self.within is not None:
-            limits, places = self.family.limits, rng.uniform(size=(_DRAWN, self.arm.n_joints))
+            limits = self.family.limits
+            places = rng.uniform(size=(_SETTINGS.drawn_positions, self.arm.n_joints))
             drawn = limits.lower + places * (limits.upper - limits.lower)
-            far = self.outside(drawn.T, _CLEARANCE).max(axis=0)
-            x[..., -2], x[..., -1] = places[np.argsort(far, kind="stable")[:_STARTS]], _SMALL
-        return x.reshape(_STARTS, -1)
+            far = self.outside(drawn.T, _SETTINGS.clearance_share).max(axis=0)
+            nearest = np.argsort(far, kind="stable")[: _SETTINGS.random_series]
+            x[..., -2], x[..., -1] = places[nearest], _SETTINGS.size_in_box
+        return x.reshape(_SETTINGS.random_series, -1)
 
     def best(self, rng: np.random.Generator) -> FloatArray:
         """Series of the best descent, made smaller if needed for the box or the drives' torques."""
         ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
-        descents = [self.descent(x, _TRIES) for x in ranked[:_DESCENTS]]
-        x, _ = self.descent(min(descents, key=lambda descent: descent[1])[0], _MORE)
+        descents = [self.descent(x, _SETTINGS.tries_per_descent) for x in ranked[: _SETTINGS.descents]]
+        x, _ = self.descent(min(descents, key=lambda descent: descent[1])[0], _SETTINGS.tries_of_best)
         series = self.family.within_limits(x)
         within = None
         for size in np.linspace(1.0, 0.1, 91):
             smaller = np.hstack([size * series[:, :-1], series[:, -1:]])
             motion = self.family.motion(smaller, self.fine)
-            far = self.outside(motion[0], _LEAST_CLEARANCE).max()
+            far = self.outside(motion[0], _SETTINGS.least_clearance_share).max()
             if far > 0.0:
                 continue
             within = smaller

@@ -10,14 +10,14 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.limits import BoxLimits
 
 # Least and largest number of harmonics.
-_FEWEST, _MOST = 5, 12
+_FEWEST_HARMONICS, _MOST_HARMONICS = 5, 12
 # Instants per period of the fastest harmonic at which limits are checked.
-INSTANTS = 30
+INSTANTS_PER_PERIOD = 30
 # Least ratio of a trigonometric polynomial's largest value at these instants to that at all (H. Ehlich, K.
 # Zeller, Schwankung von Polynomen zwischen Gitterpunkten, Mathematische Zeitschrift 86).
-_SHOWN = math.cos(math.pi / INSTANTS)
+_SHOWN = math.cos(math.pi / INSTANTS_PER_PERIOD)
 # Least share of the limits that a series uses.
-_SMALLEST = 0.01
+_LEAST_SHARE_OF_LIMITS = 0.01
 
 
 class FourierSeries:
@@ -39,16 +39,16 @@ class FourierSeries:
         self.limits, self.n_joints = limits, len(limits.lower)
         # Above it only accelerations limit a motion, which gets smaller and excites little but inertia.
         fastest = float(np.median(limits.acceleration / limits.velocity)) / (2.0 * np.pi)
-        self.period = duration / max(1, int(fastest * duration / _MOST))
-        self.harmonics = min(max(_FEWEST, math.ceil(fastest * self.period)), _MOST)
-        count = INSTANTS * self.harmonics
+        self.period = duration / max(1, int(fastest * duration / _MOST_HARMONICS))
+        self.harmonics = min(max(_FEWEST_HARMONICS, math.ceil(fastest * self.period)), _MOST_HARMONICS)
+        count = INSTANTS_PER_PERIOD * self.harmonics
         self._waves = self._waves_at(np.arange(count) * self.period / count)
         # At rest at both ends: sum k b_k = 0 and sum k^2 a_k = 0. One is one of velocity for every harmonic.
         k = np.arange(1.0, self.harmonics + 1)
         a, b = (np.linalg.svd(row[None])[2][1:].T / k[:, None] for row in (k, np.ones_like(k)))
         self._form = np.block([[a, np.zeros_like(a)], [np.zeros_like(b), b]])
         free: list[tuple[float | None, float | None]] = [(None, None)] * (2 * self.harmonics - 2)
-        self.bounds = [*free, (0.0, 1.0), (_SMALLEST, 1.0)] * self.n_joints
+        self.bounds = [*free, (0.0, 1.0), (_LEAST_SHARE_OF_LIMITS, 1.0)] * self.n_joints
 
     def _waves_at(self, time: FloatArray) -> FloatArray:
         """Cosines, sines and one, and their derivatives, (3, 2 H + 1, N)."""

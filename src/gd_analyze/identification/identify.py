@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,15 +41,22 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import in_python, named_joints, percent, with_error
 from gd_analyze.threads import one_thread
 
-# Share at the end of every log that is predicted, not fitted, if no log is held out.
-HELD_OUT = 1.0 / 3.0
-# A torque that varies by less than this share of its size is constant.
-_CONSTANT = 1e-6
-# Gap between two logs in figures, as a share of the first.
-_PAUSE = 0.05
-# A model with more than this share of the squared held-out torque as residual is useless; share of the RMS
-# beyond which model or log is faulty; ratio of two RMS that clearly differ.
-_NOTHING, _ROUGHLY, _CLEARLY = 0.5, 0.25, 1.1
+
+@dataclass(frozen=True, kw_only=True)
+class _JudgementSettings:
+    """What is held out of the logs, and when torques or a model are refused."""
+
+    held_out_share: float = 1.0 / 3.0  # share at the end of every log that is predicted if no log is held out
+    # A torque that varies by less than this share of its size is constant.
+    constant_torque_share: float = 1e-6
+    pause_share: float = 0.05  # gap between two logs in figures, as a share of the first
+    # A model with more than this share of the squared held-out torque as residual is useless.
+    useless_square_share: float = 0.5
+    faulty_rms_share: float = 0.25  # share of the RMS beyond which model or log is faulty
+    clear_ratio: float = 1.1  # ratio of two RMS that clearly differ
+
+
+_SETTINGS = _JudgementSettings()
 
 
 @one_thread()
@@ -208,13 +215,14 @@ def _identified(
         is_loaded = any(motion is loaded_motion for loaded_motion in carrying)
         is_held_out = k >= len(motions) - len(held_out_motions)
         end = begin + float(motion.time[-1] - motion.time[0])
-        from_here = -np.inf if is_held_out else np.inf if held_out_motions else end - HELD_OUT * (end - begin)
+        last_part = end - _SETTINGS.held_out_share * (end - begin)
+        from_here = -np.inf if is_held_out else np.inf if held_out_motions else last_part
         for i, joint_rows in enumerate(identification_rows(arm, motion, unknowns, fastest, loaded=is_loaded)):
             clock = joint_rows.time - motion.time[0] + begin
             parts[i].append(replace(joint_rows, time=clock))
             flags[i].append(clock > from_here)
             loads[i].append(np.full(len(clock), is_loaded))
-        begin = end + _PAUSE * (end - begin)
+        begin = end + _SETTINGS.pause_share * (end - begin)
     rows = [JointRows.joined(pieces) for pieces in parts]
     predicted, carried = (
         [np.concatenate(pieces) for pieces in pieces_by_joint] for pieces_by_joint in (flags, loads)
@@ -309,11 +317,11 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
             expected="joints that move one way for a while, faster than creeping",
             next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
         )
-    flat = [
-        i + 1
-        for i, joint_rows in enumerate(rows)
-        if len(joint_rows.time) and np.ptp(joint_rows.torque) <= _CONSTANT * np.abs(joint_rows.torque).max()
-    ]
+    flat = []
+    for i, joint_rows in enumerate(rows):
+        torque = joint_rows.torque
+        if len(torque) and np.ptp(torque) <= _SETTINGS.constant_torque_share * np.abs(torque).max():
+            flat.append(i + 1)
     if flat:
         raise UsageError(
             f"the measured torque of {named_joints(flat, arm.n_joints)} is constant while it moves",
@@ -333,7 +341,7 @@ def _require_friction_that_brakes(
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
-    poor = np.array([residual.share("identified") > _ROUGHLY for residual in residuals])
+    poor = np.array([residual.share("identified") > _SETTINGS.faulty_rms_share for residual in residuals])
     clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
     driven = np.flatnonzero(poor & clear).tolist()
     if driven:
@@ -360,9 +368,13 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     if unseen:
         message = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
-    poor = [i for i in judged if shares[i] > _ROUGHLY]
-    nothing = [i for i in poor if shares[i] ** 2 > _NOTHING]
-    worse = [i for i in judged if residuals[i].rms("identified") > _CLEARLY * residuals[i].rms("friction")]
+    poor = [i for i in judged if shares[i] > _SETTINGS.faulty_rms_share]
+    nothing = [i for i in poor if shares[i] ** 2 > _SETTINGS.useless_square_share]
+    worse = [
+        i
+        for i in judged
+        if residuals[i].rms("identified") > _SETTINGS.clear_ratio * residuals[i].rms("friction")
+    ]
     if not poor and len(worse) < len(judged):
         return
     missed = ", ".join(percent(shares[i]) for i in poor or worse)

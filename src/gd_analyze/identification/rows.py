@@ -21,7 +21,7 @@ from gd_analyze.robots.arm import RobotArm
 
 # Windows per period of the fastest cut-off, beyond which the motion has almost no content; readings per
 # window of an unfiltered log.
-_PER_PERIOD, _READINGS = 4.0, 5
+_WINDOWS_PER_PERIOD, _READINGS_PER_WINDOW = 4.0, 5
 _OF_LINK = len(PARAMETERS)
 
 
@@ -130,7 +130,7 @@ def _windows(motion: Trajectory) -> Iterator[tuple[slice, Array]]:
     recording = motion.recording
     step = float(np.median(np.diff(motion.time)))
     cutoff = None if recording is None or recording.cutoff is None else float(recording.cutoff.max())
-    width = _READINGS * step if not cutoff else max(1.0 / (_PER_PERIOD * cutoff), step)
+    width = _READINGS_PER_WINDOW * step if not cutoff else max(1.0 / (_WINDOWS_PER_PERIOD * cutoff), step)
     for stretch in motion.stretches:
         time = motion.time[stretch] - motion.time[stretch.start]
         number = np.floor(time / width + 1e-9).astype(int)

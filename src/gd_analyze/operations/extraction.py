@@ -67,7 +67,7 @@ _Step = _Divisor | _Product
 
 
 # Most valuable sums of two to grow before one is chosen; more took longer and gained nothing.
-_GROWN = 16
+_GROWN_SUMS = 16
 
 
 def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> None:
@@ -84,7 +84,7 @@ def extract(sums: Sums, random: Random | None = None, noise: float = 0.0) -> Non
         luck = random.random if random else lambda: 0.0
         scores = {candidate: step.gain + noise * luck() for candidate, step in steps.items()}
         best, best_score = None, -math.inf
-        for candidate in nlargest(_GROWN, scores, key=scores.__getitem__):
+        for candidate in nlargest(_GROWN_SUMS, scores, key=scores.__getitem__):
             step = steps[candidate]
             grown = _grown(sums, step) if isinstance(step, _Divisor) and len(step.places) > 1 else step
             score = scores[candidate] + grown.gain - step.gain

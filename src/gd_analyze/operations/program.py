@@ -29,14 +29,14 @@ _ARGUMENTS: dict[str, int] = {"input": 1} | {
 }
 
 # Bytes that vector instructions load at once; loads across such a boundary take twice as long.
-_ALIGNED = 64
+_ALIGNED_BYTES = 64
 
 # Times in exported C, gcc -O2, are fitted to the ten programs of analysis/exported_c.md. The estimated time
 # of each program is within 22 % of its measured time.
 # Time of a multiplication or addition, ns.
-_OPERATION_TIME = 0.19
+_OPERATION_NANOSECONDS = 0.19
 # Time of a sine or cosine, ns.
-_SINE_TIME = 3.4
+_SINE_NANOSECONDS = 3.4
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class OperationCount:
     @property
     def nanoseconds(self) -> float:
         """Estimated time of one evaluation in exported C, ns, see docs/simplification.md."""
-        return _OPERATION_TIME * self.total + _SINE_TIME * self.sines_cosines
+        return _OPERATION_NANOSECONDS * self.total + _SINE_NANOSECONDS * self.sines_cosines
 
     def __str__(self) -> str:
         return (
@@ -201,8 +201,8 @@ def _expressions(values: Sequence[Any]) -> Iterator[Expression]:
 
 def _row(count: int) -> FloatArray:
     """Memory for `count` numbers, aligned for vector instructions."""
-    whole = np.zeros(count + _ALIGNED // 8)
-    begin = -whole.ctypes.data % _ALIGNED // 8
+    whole = np.zeros(count + _ALIGNED_BYTES // 8)
+    begin = -whole.ctypes.data % _ALIGNED_BYTES // 8
     return whole[begin : begin + count]
 
 

@@ -7,23 +7,29 @@ extraction starts again from there. A result with more operations is undone.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from random import Random
 
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
-# The settings of a try are the best of those tested on models of the built-in arms. Accepting more operations
-# for some time gained nothing.
-# Numbers of variables to inline, one of which is drawn.
-_PUT_BACK = (1, 1, 2, 2, 3, 4, 6)
-# Largest random gains in the following extraction, operations, one of which is drawn.
-_NOISE = (0.3, 0.9, 1.5)
-# Probability that all variables to inline are neighbours of the first.
-_NEAR = 0.7
-# Probability of each way to rewrite terms.
-_REWRITE = 0.5
-# Tries per operation without gain, after which the search stops.
-_PATIENCE = 5
+
+@dataclass(frozen=True, kw_only=True)
+class _RearrangementSettings:
+    """Settings of a try: the best of those tested on models of the built-in arms.
+
+    Accepting more operations for some time gained nothing.
+    """
+
+    inlined: tuple[int, ...] = (1, 1, 2, 2, 3, 4, 6)  # numbers of variables to inline, one of which is drawn
+    # Largest random gains in the following extraction, operations, one of which is drawn.
+    noises: tuple[float, ...] = (0.3, 0.9, 1.5)
+    neighbours_probability: float = 0.7  # that all variables to inline are neighbours of the first
+    rewriting_probability: float = 0.5  # of each way to rewrite terms
+    patience_per_operation: int = 5  # tries per operation without gain, after which the search stops
+
+
+_SETTINGS = _RearrangementSettings()
 
 
 def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
@@ -36,14 +42,14 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
     sums.mark()
     for _ in range(tries):
         patience += 1
-        if patience > _PATIENCE * least:
+        if patience > _SETTINGS.patience_per_operation * least:
             return
         _put_back(sums, random)
         for rewrite in (_rescale_term, _rescale_variable, _fold, _use_circle):
-            if random.random() < _REWRITE:
+            if random.random() < _SETTINGS.rewriting_probability:
                 sums.tidy()
                 rewrite(sums, circles, random)
-        extract(sums, random, random.choice(_NOISE))
+        extract(sums, random, random.choice(_SETTINGS.noises))
         if sums.operations <= least:
             patience = patience if sums.operations == least else 0
             least = sums.operations
@@ -57,11 +63,13 @@ def _put_back(sums: Sums, random: Random) -> None:
     defined = sums.defined
     if not defined:
         return
-    first, count = random.choice(defined), random.choice(_PUT_BACK)
+    first, count = random.choice(defined), random.choice(_SETTINGS.inlined)
     near = {first, *(x for m in sums.terms[first] for x in m)}
     for user in sums.users[first]:
         near |= {user, *(x for m in sums.terms[user] for x in m)}
-    pool = [v for v in defined if v in near] if random.random() < _NEAR else defined
+    pool = defined
+    if random.random() < _SETTINGS.neighbours_probability:
+        pool = [v for v in defined if v in near]
     for v in dict.fromkeys([first, *random.sample(pool, min(count - 1, len(pool)))]):
         sums.inline(v)
 

@@ -11,7 +11,7 @@ from typing import Any
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.rearrangement import rearrange
-from gd_analyze.operations.sums import EQUAL, Magnitudes, Sums, SumTerms, times, without
+from gd_analyze.operations.sums import EQUAL_WITHIN, Magnitudes, Sums, SumTerms, times, without
 from gd_analyze.operations.trace import Expression, Trace
 
 # Coefficients by product: a tuple of variables, each as often as its power.
@@ -19,12 +19,19 @@ Polynomial = Mapping[Any, float]
 # Variables whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
 Circles = Mapping[Hashable, Hashable]
 
-# Rearrangements to try at most.
-TRIES = 500
-# Most rearrangements of a program.
-REARRANGEMENTS = 400
-# Most rearrangements times operations, as a rearrangement of a long program takes longer.
-_REARRANGED_OPERATIONS = 200_000
+
+@dataclass(frozen=True, kw_only=True)
+class SharingSettings:
+    """How long sums are rearranged."""
+
+    most_tries_of_polynomials: int = 500  # most rearrangements of polynomials
+    most_tries_of_program: int = 400  # most rearrangements of a program
+    # Most rearrangements of a program times its operations, as each takes longer where it is long.
+    tries_times_operations: int = 200_000
+
+
+SHARING_SETTINGS = SharingSettings()
+
 
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
@@ -45,7 +52,7 @@ def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
         nested = value(common) * factored(inside, value)
         return nested + factored(outside, value) if outside else nested
     total: Any = 0.0
-    equal = Magnitudes(EQUAL)
+    equal = Magnitudes(EQUAL_WITHIN)
     alike: dict[float, list[tuple[Hashable, ...]]] = defaultdict(list)
     for variables in sorted(terms, key=repr):
         alike[abs(equal(terms[variables]))].append(variables)
@@ -116,7 +123,7 @@ def shared_sums(
         for x, partner in (circles or {}).items()
         if x in numbers
     }
-    sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL)
+    sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL_WITHIN)
     for row, polynomial in enumerate(polynomials, start=1):
         terms: SumTerms = {}
         for variables, c in polynomial.items():
@@ -127,7 +134,8 @@ def shared_sums(
                 sums.add(-row, product, sums.magnitude(equal(c)))
     extract(sums)
     yield _shared(sums, tuple(numbers), len(polynomials))
-    rearrange(sums, min(TRIES, rearranging // max(sums.operations, 1)), partners)
+    affordable = rearranging // max(sums.operations, 1)
+    rearrange(sums, min(SHARING_SETTINGS.most_tries_of_polynomials, affordable), partners)
     yield _shared(sums, tuple(numbers), len(polynomials))
 
 
@@ -146,7 +154,8 @@ def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    tries = times * min(REARRANGEMENTS, _REARRANGED_OPERATIONS // max(sums.operations, 1))
+    affordable = SHARING_SETTINGS.tries_times_operations // max(sums.operations, 1)
+    tries = times * min(SHARING_SETTINGS.most_tries_of_program, affordable)
     rearrange(sums, tries, partners, seed)
     trace = Trace()
     shared = _shared(sums, tuple(leaves), len(program.outputs))

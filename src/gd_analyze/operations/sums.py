@@ -19,7 +19,7 @@ _V = TypeVar("_V")
 VariableProduct = tuple[int, ...]
 
 # Relative difference of coefficients that are equal up to the round-off of their computation.
-EQUAL = 1e-9
+EQUAL_WITHIN = 1e-9
 
 
 @lru_cache(maxsize=1 << 17)

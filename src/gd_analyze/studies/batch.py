@@ -145,7 +145,7 @@ def batch(
     folder.mkdir(parents=True, exist_ok=True)
     keys = list[str]()
     with appending_alone(folder / RECORD) as record:
-        done = _recorded(folder)
+        entries_by_key = _recorded(folder)
         stage("analysing", len(rows))
 
         def tasks() -> Iterator[tuple[BatchTask]]:
@@ -153,7 +153,7 @@ def batch(
             for row in rows:
                 task = BatchTask(row, *row_inputs(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
-                if task.key in task_keys or done.get(task.key, {}).get("state") == "done":
+                if task.key in task_keys or entries_by_key.get(task.key, {}).get("state") == "done":
                     progress(1)
                 else:
                     task_keys.add(task.key)
@@ -168,9 +168,9 @@ def batch(
             record.write(json.dumps(line | {"digest": _digest(line)}).encode() + b"\n")
             record.flush()
             os.fsync(record.fileno())
-            done[key] = entries
+            entries_by_key[key] = entries
             progress(1)
-        frame = _table(rows, [done[key] | {"files": key if formats else ""} for key in keys])
+        frame = _table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:
                 if kind == "csv":
@@ -292,7 +292,7 @@ def _table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]
 
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and the failed rows."""
-    failed, done = table[table.state == "failed"], int((table.state == "done").sum())
+    failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
     headings: tuple[tuple[str, str, Shown], ...] = (
         ("row", "row", "count"),
         ("state", "state", "text"),
@@ -315,7 +315,7 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     failures = Table("failures", "Failed", failed_columns, top=most)
     return Result(
         title="Batch",
-        headline=f"{done} of {len(table)} rows done.",
-        facts=(Fact("rows", "", len(table)), Fact("done", "", done), Fact("failed", "", len(failed))),
+        headline=f"{done_count} of {len(table)} rows done.",
+        facts=(Fact("rows", "", len(table)), Fact("done", "", done_count), Fact("failed", "", len(failed))),
         parts=(Table("table", "Rows", columns, top=most), *([failures] if len(failed) else [])),
     )

@@ -26,7 +26,7 @@ _NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
 _WIDER = ("2%", "5%", "10%", "20%", "50%")
 # Share of a readable model's terms that may exceed a larger budget alone: a model keeps about as many terms
 # as exceed its budget, seldom twice as many.
-_LIKELY = 0.5
+_LIKELY_SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def wider_stop(exact: ExactDynamics, level: CandidateLevel, budget: Budget) -> S
         if not (allowed >= least).all():
             continue
         beyond = terms_beyond(dynamics, level, allowed)
-        if beyond <= _LIKELY * READABLE:
+        if beyond <= _LIKELY_SHARE * READABLE:
             return Stop(wider, None, beyond)
     return None
 

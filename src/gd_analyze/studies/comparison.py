@@ -28,15 +28,20 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number
 
-# Most set points that are compared one by one in Pinocchio.
-_MOST_SET_POINTS = 5000
-# Number of states drawn if there is no motion, and the seed of the draw.
-_N_RANDOM = 500
-_SEED = 1987
 
-# Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing sums
-# whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
-_ROUNDINGS = 4
+@dataclass(frozen=True, kw_only=True)
+class _ComparisonSettings:
+    """States at which formulations are compared, and how far apart they may be."""
+
+    most_set_points: int = 5000  # most set points that are compared one by one in Pinocchio
+    random_states: int = 500  # states drawn if there is no motion
+    seed: int = 1987  # seed of the draw
+    # Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing
+    # sums whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
+    roundings: int = 4
+
+
+_SETTINGS = _ComparisonSettings()
 
 
 class Cost(NamedTuple):
@@ -84,7 +89,7 @@ def agreement(
     states: States,
     *,
     methods: Mapping[str, Method] = METHODS,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int], None] = lambda count: None,
 ) -> Agreement:
     """Compare torque, D, h and c of methods at the same states; recursions are probed for D, h and c."""
     q_last, qd_last, _ = states.last
@@ -106,7 +111,10 @@ def agreement(
         progress(1)
     torques.append(reference["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
-    bounds = {name: _ROUNDINGS * float(b) for name, b in round_off_bounds(arm, *states.arrays).items()}
+    bounds = {
+        name: _SETTINGS.roundings * float(bound)
+        for name, bound in round_off_bounds(arm, *states.arrays).items()
+    }
     return Agreement(differences, from_pinocchio, bounds)
 
 
@@ -114,7 +122,7 @@ def comparison(
     arm: RobotArm,
     trajectory: Trajectory | None = None,
     *,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int], None] = lambda count: None,
 ) -> Result:
     """Count and compare every formulation on one arm; a disagreement does not raise.
 
@@ -126,13 +134,14 @@ def comparison(
         warnings.simplefilter("always")
         warn_of_implausible(arm, stacklevel=2)
         if trajectory is None:
-            states = states_in_box(arm, _N_RANDOM, _SEED)
-            compared_at = f"{_N_RANDOM} random states within the arm's limits{box_limits(arm).remark}"
+            states = states_in_box(arm, _SETTINGS.random_states, _SETTINGS.seed)
+            drawn = f"{_SETTINGS.random_states} random states within the arm's limits"
+            compared_at = f"{drawn}{box_limits(arm).remark}"
         else:
             check_against_arm(trajectory, arm)
             require_trajectory_joints(trajectory, arm)
             all_states = states_of(trajectory)
-            states, compared_at = all_states.evenly(_MOST_SET_POINTS), all_states.in_words
+            states, compared_at = all_states.evenly(_SETTINGS.most_set_points), all_states.in_words
             if len(states) < len(all_states):
                 compared_at = f"{len(states)} of the {all_states.in_words}"
         require_positive_definite(arm, states, arm.counts_drives())

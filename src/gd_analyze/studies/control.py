@@ -33,9 +33,9 @@ from gd_analyze.text import amount, html_of
 from gd_analyze.threads import one_thread
 
 # The polynomials' accelerations agree with the given ones if they are at most this many times as large.
-_LARGER = 3.0
+_MOST_ACCELERATION_RATIO = 3.0
 # Accelerations below this, rad/s^2 (m/s^2), agree whatever their ratio.
-_SMALL = 1e-2
+_SMALL_ACCELERATION = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +304,8 @@ def followable(motion: Trajectory) -> Trajectory:
     reference = Reference.of(motion)
     middles = reference.time[:-1] + np.diff(reference.time) * np.array([[0.25], [0.5], [0.75]])
     largest = np.abs(reference.at(middles)[2]).max(axis=(1, 2))
-    contradicts = largest > np.maximum(_LARGER * np.abs(motion.qdd).max(axis=0), _SMALL)
+    most = np.maximum(_MOST_ACCELERATION_RATIO * np.abs(motion.qdd).max(axis=0), _SMALL_ACCELERATION)
+    contradicts = largest > most
     if not contradicts.any() or motion.n_set_points < FEWEST_SET_POINTS:
         return motion
     qd, qdd, _ = completed(motion.time, motion.q, None, None)

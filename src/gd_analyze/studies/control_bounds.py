@@ -28,15 +28,19 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control_law import PD, SIMPLIFIED, Bank, Controller, Gains, Reference, World
 from gd_analyze.studies.control_loop import ProgramDynamics
 
-# Margins beyond which a bound is useless, rad (m) and per s and s^2.
-_FARTHEST = 10.0
-# Positions at which a certificate is evaluated.
-_EFFORT = 25_000
-# How often margins are widened.
-_ROUNDS = 6
-# Ratio of widened margins to those needed.
-_WIDER = 1.25
-_MUCH = 0.5  # of inertia, of feedback
+
+@dataclass(frozen=True, kw_only=True)
+class _BoundSettings:
+    """The margins around a motion within which a bound on the tracking error holds."""
+
+    largest_margin: float = 10.0  # margin beyond which a bound is useless, rad (m) and per s and s^2
+    certificate_positions: int = 25_000  # positions at which a certificate is evaluated
+    most_widenings: int = 6  # how often margins are widened
+    widening_factor: float = 1.25  # ratio of widened margins to those needed
+    large_share: float = 0.5  # of inertia, or of feedback: what is large, and below which it lacks
+
+
+_SETTINGS = _BoundSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +61,7 @@ class FeedbackLeft:
     @property
     def is_enough(self) -> bool:
         """Whether at least half of the feedback is left."""
-        return self.share >= _MUCH
+        return self.share >= _SETTINGS.large_share
 
 
 def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
@@ -73,8 +77,8 @@ def feedback_left(model: SimplifiedModel, reference: Reference) -> FeedbackLeft:
     diagonal = np.einsum("kii->ki", exact)
     # In units in which every joint takes as much to accelerate.
     direction = np.abs(vectors[k, :, mode]) * np.sqrt(diagonal[k])
-    is_moving = direction >= _MUCH * direction.max()
-    lacks_inertia = (np.einsum("kii->ki", simplified) / diagonal).min(axis=0) < _MUCH
+    is_moving = direction >= _SETTINGS.large_share * direction.max()
+    lacks_inertia = (np.einsum("kii->ki", simplified) / diagonal).min(axis=0) < _SETTINGS.large_share
     joints = 1 + np.flatnonzero(is_moving | lacks_inertia)
     return FeedbackLeft(float(values.real.min()), tuple(joints.tolist()))
 
@@ -161,12 +165,12 @@ def certified(
         return None
     inverse = np.abs(np.linalg.inv(inertia)).reshape(*times.shape, n, n)
     margins = np.zeros((3, n))
-    for _ in range(_ROUNDS):
-        if not (margins <= _FARTHEST).all():
+    for _ in range(_SETTINGS.most_widenings):
+        if not (margins <= _SETTINGS.largest_margin).all():
             break
         tube = replace(motion_tube, lower=motion_tube.lower - margins, upper=motion_tube.upper + margins)
         try:
-            along = certify(model, tube, effort=_EFFORT).along
+            along = certify(model, tube, effort=_SETTINGS.certificate_positions).along
         except GdAnalyzeError:  # its program is too long to be written out
             break
         assert along is not None  # of a tube
@@ -174,7 +178,7 @@ def certified(
         needed = np.outer(world.gains.margins, unexpected)
         if (needed <= margins).all():
             return CertifiedTracking(along.max(axis=0), needed[0])
-        margins = _WIDER * np.maximum(needed, margins)
+        margins = _SETTINGS.widening_factor * np.maximum(needed, margins)
     return None
 
 

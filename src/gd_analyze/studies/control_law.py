@@ -35,9 +35,9 @@ from gd_analyze.units import Quantity
 CONTINUOUS = math.inf
 """The rate of a loop without a sample period."""
 
-_MOST = 8  # rates, and speeds
-_INSTANTS = 500  # at which a whole motion is sampled
-_FIELDS = {"angle": "revolute", "length": "prismatic"}  # of a tolerance, by the kind of quantity
+_MOST_COMPARED = 8  # rates, and speeds, in one study
+_SAMPLED_INSTANTS = 500  # evenly spaced, of a whole motion
+_TOLERANCE_FIELDS = {"angle": "revolute", "length": "prismatic"}  # by the kind of quantity
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class Tolerance:
         errors: dict[str, float] = {}
         for place, entry in enumerate(text.split(","), start=1):
             quantity = Quantity.parse(entry)
-            name = None if quantity is None else _FIELDS.get(quantity.kind)
+            name = None if quantity is None else _TOLERANCE_FIELDS.get(quantity.kind)
             if quantity is None or name is None or quantity.si < 0.0 or name in errors:
                 raise UsageError(
                     "the tolerance is given twice" if name in errors else "the tolerance is not understood",
@@ -216,8 +216,9 @@ class ControlSettings:
                     message, expected = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
                     raise UsageError(message, where=name, expected=expected.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
-            if not 1 <= len(values) <= _MOST or len(set(values)) < len(values):
-                message, expected = f"wrong number of {name} to compare", f"1 to {_MOST} different ones"
+            if not 1 <= len(values) <= _MOST_COMPARED or len(set(values)) < len(values):
+                message = f"wrong number of {name} to compare"
+                expected = f"1 to {_MOST_COMPARED} different ones"
                 numbers = ", ".join(f"{value:g}" for value in values) or "none"
                 raise UsageError(message, where=name, expected=expected, found=numbers)
         if min(self.rates) < self.bandwidth:
@@ -292,7 +293,7 @@ class Reference:
     @property
     def instants(self) -> FloatArray:
         """Evenly spaced instants, s, of the motion as planned."""
-        return np.linspace(0.0, self.duration, _INSTANTS)
+        return np.linspace(0.0, self.duration, _SAMPLED_INSTANTS)
 
     def sampled(self, speed: float = 1.0) -> tuple[FloatArray, ...]:
         """Return q, qd and qdd, shape (n, K), at evenly spaced instants and all set points."""

@@ -1,8 +1,8 @@
 """Many closed loops at once: each controller, rate and speed is a column, and all step together.
 
 Torque is held over a loop period, which is cut into steps of classical Runge-Kutta (fourth order) no longer
-than `_LONGEST_STEP`; a continuous loop evaluates its controller at every stage. The work of the torque and
-the energy that friction dissipates are integrated along with the motion.
+than `longest_step_seconds`; a continuous loop evaluates its controller at every stage. The work of the
+torque and the energy that friction dissipates are integrated along with the motion.
 """
 
 from __future__ import annotations
@@ -20,16 +20,21 @@ from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Batch, Program
 from gd_analyze.studies.control_law import CONTINUOUS, Bank, Controller, World
 
-# s: about a hundredth of the settling time of a loop with a bandwidth of 5 Hz.
-_LONGEST_STEP = 2e-3
-# Largest number of steps: some minutes.
-_MOST_STEPS = 300_000
-# Samples of a history.
-_SAMPLES = 6_000
-# Steps per block of desired states.
-_BLOCK = 128
-# Tracking error at which a loop counts as lost: a turn, or this many metres.
-_LOST = 2.0 * math.pi
+
+@dataclass(frozen=True, kw_only=True)
+class _LoopSettings:
+    """Steps of the simulated loops, and when one is lost."""
+
+    # About a hundredth of the settling time of a loop with a bandwidth of 5 Hz.
+    longest_step_seconds: float = 2e-3
+    most_steps: int = 300_000  # largest number of steps: some minutes
+    history_samples: int = 6_000  # samples of a history, about
+    steps_per_block: int = 128  # steps whose desired states are evaluated together
+    # Tracking error at which a loop counts as lost: a turn, or this many metres.
+    lost_error: float = 2.0 * math.pi
+
+
+_SETTINGS = _LoopSettings()
 
 
 class ProgramDynamics:
@@ -104,8 +109,8 @@ def follow(
     begin, reported, largest_count = 0, 0, int(run.count.max())
     for end in np.unique(run.count).tolist():
         run.keep(int((run.count >= end).sum()))
-        for first in range(begin, end, _BLOCK):
-            last = min(first + _BLOCK, end)
+        for first in range(begin, end, _SETTINGS.steps_per_block):
+            last = min(first + _SETTINGS.steps_per_block, end)
             run.advance(first, last)
             progress(100 * last // largest_count - reported)
             reported = 100 * last // largest_count
@@ -120,18 +125,18 @@ def _timing(loop: Loop, duration: float) -> tuple[int, float, int]:
     """
     run_time = duration / loop.speed
     if loop.rate == CONTINUOUS:
-        steps_per_period, count = 1, max(1, math.ceil(run_time / _LONGEST_STEP - 1e-9))
+        steps_per_period, count = 1, max(1, math.ceil(run_time / _SETTINGS.longest_step_seconds - 1e-9))
         length = run_time / count
     else:
-        steps_per_period = math.ceil(1.0 / (loop.rate * _LONGEST_STEP) - 1e-9)
+        steps_per_period = math.ceil(1.0 / (loop.rate * _SETTINGS.longest_step_seconds) - 1e-9)
         length = 1.0 / (loop.rate * steps_per_period)
         count = max(1, math.floor(run_time * loop.rate + 1e-9)) * steps_per_period
-    if count > _MOST_STEPS:
+    if count > _SETTINGS.most_steps:
         rate = "" if loop.rate == CONTINUOUS else f", {loop.rate:g} Hz"
         raise UsageError(
             "the motion takes too many steps to be simulated",
             where=f"{loop.speed:g} times its speed{rate}",
-            expected=f"{_MOST_STEPS} at most",
+            expected=f"{_SETTINGS.most_steps} at most",
             found=f"{count}: {run_time:.4g} s",
             next_step="give a part of the motion, a lower rate or a higher speed",
         )
@@ -168,7 +173,7 @@ class _Run:
         self.torque_held, self.at_limit = np.zeros((2, self.n, m))
         self.peak, self.square, self.torque_peak, self.torque_square, self.share = np.zeros((5, self.n, m))
         self.lost_at = np.full(m, np.inf)
-        self.stride = -(-int(self.count[0]) // _SAMPLES)
+        self.stride = -(-int(self.count[0]) // _SETTINGS.history_samples)
         samples = int(self.count[0]) // self.stride + 1
         self.history = np.zeros((samples, self.n, m), dtype=np.float32)
 
@@ -208,7 +213,8 @@ class _Run:
         next_state = state + h / 6.0 * (first + 2.0 * (second + third) + fourth)
         error = desired[2][0] - next_state[:n]
         runs = lost_at == np.inf
-        lost = runs & ~((np.abs(error) < _LOST).all(axis=0) & np.isfinite(next_state).all(axis=0))
+        is_near = (np.abs(error) < _SETTINGS.lost_error).all(axis=0)
+        lost = runs & ~(is_near & np.isfinite(next_state).all(axis=0))
         lost_at[lost] = (k + 1) * h[lost]
         runs &= ~lost
         np.copyto(state, next_state, where=runs)

@@ -40,9 +40,9 @@ _LOOKS: dict[Controller, tuple[str, tuple[float, ...]]] = {
     laws.PD: ("series-1", (1.2, 1.4)),
 }
 # Expected errors beyond this, rad (m), are not of first order.
-_FARTHEST = 1.0
+_LARGEST_FIRST_ORDER_ERROR = 1.0
 # Decades of errors, below the largest, that the figure shows.
-_DECADES = 5
+_SHOWN_DECADES = 5
 
 
 def good_enough(study: ControlStudy) -> Controller | None:
@@ -172,7 +172,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
         text = f"at most {_worst_text(study, certified.error, bound=True)}"
         yield Fact("", f"{label}, bound, D sampled", text, shown="text")
     elif judged != FIXED_GAINS or max(settings.rates) not in study.too_slow_for_fixed_gains:
-        is_small = (first_order < _FARTHEST).all()
+        is_small = (first_order < _LARGEST_FIRST_ORDER_ERROR).all()
         text = f"at most {_worst_text(study, first_order)}" if is_small else _why_unbounded(study, judged)
         yield Fact("", f"{label}, to first order", text, shown="text")
     if not study.feedback.is_enough:
@@ -390,7 +390,7 @@ def speed_figure(study: ControlStudy) -> Figure:
     shares = {c: study.shares(c, study.settings.usual_rate) for c in CONTROLLERS}
     positive = [x for row in shares.values() for x in row if 0 < x < math.inf]
     high = 1.4 * max([*positive, 1.0])
-    y = decades_axis(max(min([*positive, 1.0]) / 1.4, high / 10**_DECADES), high)
+    y = decades_axis(max(min([*positive, 1.0]) / 1.4, high / 10**_SHOWN_DECADES), high)
     x = Axis(speeds[0] / 1.05, speeds[-1] * 1.05, tuple(speeds.tolist()), is_logarithmic=True)
     items: list[Curve] = [Curve(np.array([x.low, x.high]), np.ones(2), "ink", 0.8, (1.0, 1.6))]
     ends = [(1.0, "tolerance", "soft")]

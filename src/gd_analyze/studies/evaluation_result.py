@@ -25,7 +25,7 @@ from gd_analyze.studies.evaluation import BesideMeasured, EvaluatedMotion, Evalu
 from gd_analyze.text import counted, joint_name, number, visible
 
 # Smallest loss shown to people, as a share of peak torque.
-_WORTH_A_LINE = 1e-4
+_LEAST_SHOWN_LOSS = 1e-4
 
 
 def evaluation_result(
@@ -51,7 +51,7 @@ def evaluation_result(
     worst, joint = evaluation.worst
     name = joint_name(joint + 1, arm.joints[joint].name)
     count = len(evaluation.motions)
-    where = f"{count} motions" if count > 1 else worst.dynamics.states.in_words
+    motions_text = f"{count} motions" if count > 1 else worst.dynamics.states.in_words
     broken = [motion for motion in evaluation.motions if not motion.keeps_promise.all()]
     times = max(
         (share_of(motion.errors.largest, motion.accuracy.allowed).max() for motion in broken), default=0.0
@@ -59,7 +59,7 @@ def evaluation_result(
     sections = [_Motion(motion, evaluation, unloaded, fit_friction) for motion in evaluation.motions]
     return Result(
         title=f"{arm.title or arm.name}: torque error of a model of {model.arm.name}",
-        subtitle=", ".join(filter(None, [f"on {where}", drives_text(model.arm, model.drives)])),
+        subtitle=", ".join(filter(None, [f"on {motions_text}", drives_text(model.arm, model.drives)])),
         headline=evaluation.verdict,
         facts=(
             Fact("arm", "", model.arm.name),
@@ -228,7 +228,7 @@ class _Motion:
         )
         if not self.lost or not (error_shares > promised_shares.max()).any():
             return []
-        lost = tuple(loss for loss in self.lost if loss.torque_share >= _WORTH_A_LINE)
+        lost = tuple(loss for loss in self.lost if loss.torque_share >= _LEAST_SHOWN_LOSS)
         units = [arm.joints[loss.torque_joint - 1].effort_unit for loss in lost]
         shares = [loss.torque_peak / allowed[loss.torque_joint - 1] for loss in lost]
         columns = (

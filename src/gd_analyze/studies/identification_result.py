@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -31,12 +32,20 @@ from gd_analyze.text import named_joints, number, percent, with_error
 
 # The budget that equals the uncertainty left by the log.
 SUPPORTED = "uncertainty"
-# States of a log used to search that model.
-_STATES = 300
-# Number of base parameters listed as changed most.
-_MOST_CHANGED = 5
-# Neighbouring rows more than this many steps apart belong to different stretches.
-_GAP = 3.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _ResultSettings:
+    """What the result of an identification shows and remarks on."""
+
+    searched_states: int = 300  # states of a log used to search the readable model
+    most_changed: int = 5  # number of base parameters listed as changed most
+    gap_steps: float = 3.0  # neighbouring rows more than this many steps apart belong to different stretches
+    correlated_rows: float = 5.0  # correlation length, in rows, above which residuals are not noise
+    clear_ratio: float = 1.1  # ratio of two RMS that clearly differ
+
+
+_SETTINGS = _ResultSettings()
 
 
 def _models(identification: Identification) -> dict[str, str]:
@@ -68,7 +77,7 @@ def supported(identification: Identification, motion: Trajectory) -> Supported:
     Supported
         Operations of the model and of the exact torque.
     """
-    points = evenly(motion.n_set_points, _STATES)
+    points = evenly(motion.n_set_points, _SETTINGS.searched_states)
     sample = Trajectory(
         motion.time[points], motion.q[points], motion.qd[points], motion.qdd[points], motion.name
     )
@@ -210,25 +219,20 @@ def _notices(identification: Identification) -> Iterator[str]:
         for i, residuals in enumerate(identification.residuals)
         if residuals.rms("friction") > 0.0
     }
-    worse = [joint for joint, value in ratio.items() if value > _CLEARLY]
+    worse = [joint for joint, value in ratio.items() if value > _SETTINGS.clear_ratio]
     if worse:
         yield (
             f"At {named_joints(worse, identification.stated_arm.n_joints)} the {identification.start} with "
             "friction predicts better: the logs tell less there than the standard errors suggest."
         )
-    rough = [i + 1 for i, share in enumerate(identification.estimate.correlated) if share > _CORRELATED]
+    lengths = identification.estimate.correlated
+    rough = [i + 1 for i, length in enumerate(lengths) if length > _SETTINGS.correlated_rows]
     if rough:
         joints = named_joints(rough, identification.stated_arm.n_joints)
         yield (
             f"Residuals of {joints} are correlated over more "
-            f"than {_CORRELATED:.0f} rows: not noise, but an effect that the model lacks."
+            f"than {_SETTINGS.correlated_rows:.0f} rows: not noise, but an effect that the model lacks."
         )
-
-
-# Correlation length, in rows, above which residuals are not noise.
-_CORRELATED = 5.0
-# Ratio of two RMS that clearly differ.
-_CLEARLY = 1.1
 
 
 def _payload_table(identification: Identification) -> Iterator[Table]:
@@ -303,7 +307,7 @@ def _changed_table(identification: Identification) -> Table:
     identifiable = [parameter for parameter in identification.parameters if parameter.identifiable]
     order = sorted(
         identifiable, key=lambda parameter: -abs(parameter.value - parameter.file) / parameter.error
-    )[:_MOST_CHANGED]
+    )[: _SETTINGS.most_changed]
     columns = (
         Column("symbol", "parameter", [parameter.symbol for parameter in order], shown="text"),
         Column(
@@ -389,7 +393,8 @@ def _figure(
         curves = {name: getattr(residuals, name) for name in looks}
         if residual:
             curves = {name: residuals.measured - values for name, values in curves.items()}
-        gaps = np.flatnonzero(np.diff(residuals.time) > _GAP * float(np.median(np.diff(residuals.time)))) + 1
+        steps = np.diff(residuals.time)
+        gaps = np.flatnonzero(steps > _SETTINGS.gap_steps * float(np.median(steps))) + 1
         x, y = time_axis(residuals.time), value_axis(joint.effort_unit, *curves.values(), most=3)
         items: list[Item] = [
             *_held_out(residuals, y.low, y.high),

@@ -10,9 +10,9 @@ from gd_analyze.errors import StorageError, UsageError
 
 _T = TypeVar("_T")
 # Idle time after which a worker whose parent was killed ends, s.
-_IDLE = 30.0
+_IDLE_SECONDS = 30.0
 # How long a Dask scheduler may take to answer, s.
-_PATIENCE = 10.0
+ANSWER_SECONDS = 10.0
 
 
 def each(
@@ -53,7 +53,7 @@ def each(
 
     with ExitStack() as stack:
         # Workers whose parent was killed end after this idle time.
-        engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE}
+        engine: dict[str, Any] = {"backend": "loky", "idle_worker_timeout": _IDLE_SECONDS}
         if scheduler is not None:
             engine, jobs = {"backend": "dask", "client": stack.enter_context(_client(scheduler))}, -1
         stack.enter_context(parallel_config(**engine))
@@ -81,7 +81,7 @@ def _client(scheduler: str) -> Any:
         raise UsageError(message, where=f"--scheduler {scheduler}", next_step=step) from None
     try:
         client_class: Any = distributed.Client  # not annotated
-        return client_class(scheduler, timeout=_PATIENCE, set_as_default=False)
+        return client_class(scheduler, timeout=ANSWER_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         step = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
         message, reason = "no Dask scheduler answers there", str(error) or type(error).__name__

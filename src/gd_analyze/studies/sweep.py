@@ -46,7 +46,7 @@ _MOST_POINTS = 1_000_000
 _RANGE = re.compile(rf"([^=\s]+)=([-+]?{UNSIGNED})\.\.([-+]?{UNSIGNED})(?::(\d+))?")
 QUICK, NONE = "quick", "none"
 # A torque beyond any, N m, at which a budget's shares outweigh its amounts.
-_VAST = 1e30
+_BOUNDLESS_TORQUE = 1e30
 
 
 class Range(NamedTuple):
@@ -92,7 +92,7 @@ def sweep(
     operations: str | None = None,
     jobs: int = 1,
     stage: Callable[[str, int | None], object] = lambda label, total: None,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Callable[[int], None] = lambda count: None,
 ) -> xr.Dataset:
     """Vary numbers of an arm, or the speed of its motion, and find the effect on torque and verdicts.
 
@@ -254,7 +254,7 @@ class _Sweep:
         return [k for k, p in enumerate(self.parameters) if not p.is_inertial and p.key != SPEED]
 
     def at(
-        self, points: FloatArray, progress: Callable[[int], None] = lambda done: None
+        self, points: FloatArray, progress: Callable[[int], None] = lambda count: None
     ) -> tuple[Array, FloatArray, FloatArray]:
         """Verdicts (E + n, S), peak torque (n, S) and its contributions (6, n, S) at points (S, P)."""
         count = len(points)
@@ -291,12 +291,12 @@ class _Sweep:
 
     def _allowed(self, arm: RobotArm, peak: FloatArray) -> FloatArray:
         """Allowed error, (n, S): the larger of shares of the peaks and amounts independent of them."""
-        no_torque, vast_torque = np.zeros(arm.n_joints), np.full(arm.n_joints, _VAST)
+        no_torque, vast_torque = np.zeros(arm.n_joints), np.full(arm.n_joints, _BOUNDLESS_TORQUE)
         least, share = (
             self.budget.allowed(ReferenceTorques(arm, x))[:, None] for x in (no_torque, vast_torque)
         )
         floor = np.maximum(ROUND_OFF_SHARE * peak.max(axis=0), np.finfo(float).tiny)
-        return np.maximum(np.maximum(share / _VAST * peak, least), floor)
+        return np.maximum(np.maximum(share / _BOUNDLESS_TORQUE * peak, least), floor)
 
     def changes(self, grid: Sequence[FloatArray], verdict: Array, precision: float) -> list[_Change]:
         """Bisect every change of a verdict (E + n, ...) between neighbours on the grid."""

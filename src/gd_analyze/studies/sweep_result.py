@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Changes shown to people for one parameter.
-_TOP = 40
+_SHOWN_OF_ONE_PARAMETER = 40
 # Changes shown to people for several parameters.
-_FEW = 12
+_SHOWN_OF_SEVERAL = 12
 _WHITE = "White: negligible, zero, or within budget."
 
 
@@ -82,14 +82,18 @@ def _headline(dataset: xr.Dataset, units: list[str]) -> str:
     """Where verdicts change, or which of them differ among draws."""
     if "sample" in dataset.dims or dataset.sizes["parameter"] > 1:
         differing = changing(dataset)
-        remark = f" and {len(differing) - _FEW} more" if len(differing) > _FEW else ""
+        beyond = len(differing) - _SHOWN_OF_SEVERAL
+        remark = f" and {beyond} more" if beyond > 0 else ""
         if not differing:
             return "No verdict changes."
-        return f"Verdicts differ on {', '.join(differing[:_FEW])}{remark}."
+        return f"Verdicts differ on {', '.join(differing[:_SHOWN_OF_SEVERAL])}{remark}."
     places = zip(dataset.change_element.values, dataset.change_at.values[:, 0].tolist(), strict=True)
     changes = [f"{label} at {number(at)} {units[0]}".rstrip() for label, at in places]
-    remark = f", and {len(changes) - _FEW} more" if len(changes) > _FEW else ""
-    return f"Verdicts change: {', '.join(changes[:_FEW])}{remark}." if changes else "No verdict changes."
+    if not changes:
+        return "No verdict changes."
+    beyond = len(changes) - _SHOWN_OF_SEVERAL
+    remark = f", and {beyond} more" if beyond > 0 else ""
+    return f"Verdicts change: {', '.join(changes[:_SHOWN_OF_SEVERAL])}{remark}."
 
 
 def _tables(dataset: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
@@ -112,7 +116,8 @@ def _tables(dataset: xr.Dataset, arm: RobotArm, units: list[str]) -> list[Part]:
         title = "Changes of verdicts"
         if len(names) > 1:
             title += ", each along the parameter with a dash"
-        parts.append(Table("changes", title, tuple(columns), top=_TOP if len(names) == 1 else _FEW))
+        top = _SHOWN_OF_ONE_PARAMETER if len(names) == 1 else _SHOWN_OF_SEVERAL
+        parts.append(Table("changes", title, tuple(columns), top=top))
     differ = changing(dataset)
     torque = dataset.peak_torque.transpose("joint", ...).values.reshape(arm.n_joints, -1)
     verdicts = dataset.verdict.sel(element=differ).values.reshape(torque.shape[1], len(differ)).T

@@ -46,14 +46,20 @@ _WORDS = re.compile(
 # What follows the error, where it is not understood; "at the end effector" is of the error.
 _LOOP = re.compile(r"\b(?:at(?!\s+(?:the\s+)?(?:end|tip)\b)|damping\b).*", re.IGNORECASE)
 _NOT_RAD = re.compile(rf"at\s+({UNSIGNED})\s*(hz|damping\b|$)", re.IGNORECASE)
-# Usual loop rate, Hz.
-_RATE = 500.0
-# Least number of loop periods per radian of the bandwidth.
-_PERIODS = 25.0
-# Most searches.
-_SEARCHES = 4
-# Share of the allowed error that the next search aims at if a model tracks worse than asked for.
-_AIM = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class _TrackingSettings:
+    """The loop of a tracking budget, and the search for a model that keeps it."""
+
+    usual_rate_hz: float = 500.0  # usual loop rate
+    periods_per_radian: float = 25.0  # least number of loop periods per radian of the bandwidth
+    most_searches: int = 4  # most searches for a model
+    # Share of the allowed error that the next search aims at if a model tracks worse than asked for.
+    aimed_share: float = 0.9
+
+
+_SETTINGS = _TrackingSettings()
 
 
 @dataclass(frozen=True)
@@ -108,7 +114,7 @@ class TrackingBudget:
             )
         bandwidth, damping = float(match["bandwidth"] or 20.0), float(match["damping"] or 1.0)
         joints = Tolerance() if tip is not None else Tolerance.parse(match["error"], "--budget")
-        rates = (CONTINUOUS, max(_RATE, _PERIODS * bandwidth))
+        rates = (CONTINUOUS, max(_SETTINGS.usual_rate_hz, _SETTINGS.periods_per_radian * bandwidth))
         settings = ControlSettings(bandwidth, damping, rates, (1.0,), tolerance=joints)
         return cls(settings, tip, " ".join(text.split()))
 
@@ -253,19 +259,21 @@ def simplify_for_tracking(
         message, expected = "a tracking budget needs one motion", "one trajectory"
         raise UsageError(message, where="--budget", expected=expected, found="several" if motion else "none")
     torques, searches, share = budget.torques(form, motion), 0, np.inf
-    while share > 1.0 and searches < _SEARCHES:
-        torques, searches = torques * min(1.0, _AIM / share if np.isfinite(share) else 1.0), searches + 1
+    while share > 1.0 and searches < _SETTINGS.most_searches:
+        torques = torques * min(1.0, _SETTINGS.aimed_share / share if np.isfinite(share) else 1.0)
+        searches += 1
         held_model = search(Budget.of_torques(-rounded_up(-x) for x in torques.tolist()))
         study = control(held_model.model, motion, budget.settings)
         possible = (SIMPLIFIED, FIXED_GAINS) if study.feedback.is_enough else (FIXED_GAINS,)
         controller = min(possible, key=lambda law: budget.share(study, law))
         share, least = budget.share(study, controller), budget.share(study, EXACT)
-        if share > 1.0 and least >= _AIM:
+        if share > 1.0 and least >= _SETTINGS.aimed_share:
             rate = budget.settings.usual_rate
             raise UsageError(
                 "no model can track this well: the exact one does not",
                 where="--budget",
-                expected=f"{number(least / _AIM)} times as much or more, or a loop of more bandwidth",
+                expected=f"{number(least / _SETTINGS.aimed_share)} times as much or more, "
+                "or a loop of more bandwidth",
                 found=f"{budget.text!r}, at {rate:g} Hz",
             )
     return Tracked(held_model, budget, study, controller, searches)

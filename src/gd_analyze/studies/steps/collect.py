@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # States drawn to test a model beyond its own.
-_DRAWN = 1000
+_TESTED_STATES = 1000
 # Arms drawn from the stated uncertainties: probabilities near 95 % are known to within 0.5 %.
-_SAMPLES = 2000
+_DRAWN_ARMS = 2000
 
 
 def collect_step(inputs: RunInputs, dynamics: RunDynamics, models: RunModels) -> Findings:
@@ -71,7 +71,7 @@ def _tables(
         "parts": run_tables.parts_table(models.elements, exact, dominance),
         "by_verdicts": run_tables.verdicts_table(exact, settings.dominance),
         "terms": run_tables.terms_table(models.ranking, arm, not dynamics.too_many_terms),
-        "budgets": run_tables.budgets_table(models.path, models.own, models.ranking),
+        "budgets": run_tables.budgets_table(models.path, models.own_place, models.ranking),
         "beyond": _beyond(models),
         "tube": run_tables.tube_table(model, tube, held, Margin.of(settings.margin)),
     }
@@ -93,7 +93,7 @@ def _tables(
     if every_set_point is not None:
         tables["every_set_point"] = every_set_point
     if arm.spread is not None or any(link.uncertainty is not None for link in arm.links):
-        tables["robustness"] = robustness(arm, trajectory, threshold=settings.dominance, samples=_SAMPLES)
+        tables["robustness"] = robustness(arm, trajectory, threshold=settings.dominance, samples=_DRAWN_ARMS)
     return tables
 
 
@@ -106,9 +106,9 @@ def _beyond(models: RunModels) -> xr.Dataset:
         box = Box.around(*states.arrays)
         certificate = certify(model, box, effort=models.efforts.box, harmonics=exact.form.harmonics)
     if arm.has_all_limits:
-        drawn = exact.at(states_in_box(arm, _DRAWN))
+        drawn = exact.at(states_in_box(arm, _TESTED_STATES))
         errors = drawn.errors_of(model.torque(*drawn.states.arrays))
-    payload, drawn_states = payload_effect(model, states), _DRAWN if errors else 0
+    payload, drawn_states = payload_effect(model, states), _TESTED_STATES if errors else 0
     uncertainty = models.ranking.uncertainty
     return run_tables.beyond_table(model, certificate, errors, payload, uncertainty, drawn_states)
 

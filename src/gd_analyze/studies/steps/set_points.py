@@ -38,14 +38,21 @@ from gd_analyze.studies.steps.read import RunInputs
 if TYPE_CHECKING:
     import xarray as xr
 
-# Evenly spaced set points of a search besides the extremes.
-_SEARCHED = 400
-# Parts of the motion whose extremes are shown.
-_PARTS = 12
-# Least set points in tables and figures, several for each column of pixels in a figure.
-_SHOWN = 1500
-# Rounds that add set points at which a model exceeds its budget to those of the search.
-_ROUNDS = 20
+
+@dataclass(frozen=True, kw_only=True)
+class SetPointSettings:
+    """Which set points represent a long motion."""
+
+    evenly_searched: int = 400  # evenly spaced set points of a search besides the extremes
+    shown_parts: int = 12  # parts of the motion whose extremes are shown
+    # Least set points in tables and figures, several for each column of pixels in a figure.
+    least_shown: int = 1500
+    # Rounds that add set points at which a model exceeds its budget to those of the search.
+    most_rounds: int = 20
+
+
+SET_POINT_SETTINGS = SetPointSettings()
+
 
 # Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
 # less time than writing it.
@@ -138,11 +145,14 @@ class LongMotion:
             places.append(chunk.start + at)
             progress(len(states))
         value, place = np.array(values), np.array(places)
-        parts = np.array_split(np.arange(len(value)), min(_PARTS, len(value)))
-        points = evenly(motion.n_set_points, _SEARCHED), *_reached(value, place, [np.arange(len(value))])
+        parts = np.array_split(np.arange(len(value)), min(SET_POINT_SETTINGS.shown_parts, len(value)))
+        points = (
+            evenly(motion.n_set_points, SET_POINT_SETTINGS.evenly_searched),
+            *_reached(value, place, [np.arange(len(value))]),
+        )
         searched = np.unique(np.concatenate([*points, extremes.reached.ravel()]))
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
-        evenly_spaced = evenly(motion.n_set_points, max(_SHOWN - len(shown), 2))
+        evenly_spaced = evenly(motion.n_set_points, max(SET_POINT_SETTINGS.least_shown - len(shown), 2))
         dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
         return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
 
@@ -153,7 +163,7 @@ class LongMotion:
     def settled(self, exact: ExactDynamics, search: Search) -> Settled:
         """Search until both models keep their budgets at every set point; raise after too many rounds."""
         torques = contributions_program(self.arm, self.arm.counts_drives(self.inputs.settings.drives))
-        for _ in range(_ROUNDS):
+        for _ in range(SET_POINT_SETTINGS.most_rounds):
             element_model, held_model = search(exact)
             (element_model, model), worst, broken = self.stated(
                 exact, (element_model, held_model.model), torques

@@ -40,9 +40,9 @@ class Efforts(NamedTuple):
 
 
 # Tight in a box as small as a trajectory's, and around a motion.
-_USUAL = Efforts(box=5_000, tube=100_000)
+_USUAL_EFFORTS = Efforts(box=5_000, tube=100_000)
 # The same for a model not chosen by its terms: a few seconds.
-_LITTLE = Efforts(box=500, tube=2_000)
+_SMALL_EFFORTS = Efforts(box=500, tube=2_000)
 
 # Searches the model of a budget.
 SearchAt: TypeAlias = Callable[..., Held]
@@ -72,7 +72,7 @@ class RunModels:
     elements: SimplifiedModel  # the model of level element
     stops: list[Stop]  # named budgets
     path: tuple[SimplifiedModel, ...]  # from a tenth to ten times the budget
-    own: int  # place of the run's model on the path
+    own_place: int  # place of the run's model on the path
     places: list[int]  # place of every stop on the path; -1 if it is not there
     ranking: TermRanking
     efforts: Efforts | None  # of certificates; None if the model has too many terms
@@ -88,7 +88,7 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgre
     """Search the run's model and those of other budgets, and prove a bound near the motion."""
     search = _searched(inputs, dynamics, progress)
     progress("trying other budgets")
-    path, own, places = _other_budgets(dynamics, search)
+    path, own_place, places = _other_budgets(dynamics, search)
     ranking = TermRanking()
     if not dynamics.too_many_terms:
         selections = [step.terms for step in path if step.level is TERM and not step.is_exact]
@@ -102,7 +102,7 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgre
         elements=search.elements,
         stops=search.stops,
         path=path,
-        own=own,
+        own_place=own_place,
         places=places,
         ranking=ranking,
         efforts=efforts,
@@ -184,7 +184,7 @@ def _model_at(
         )
         return Held(model)
     return simplify_held(
-        exact, budget, inputs.tube, options, effort=_USUAL.tube, provenance=source, stage=progress
+        exact, budget, inputs.tube, options, effort=_USUAL_EFFORTS.tube, provenance=source, stage=progress
     )
 
 
@@ -201,27 +201,30 @@ def _other_budgets(
         # With a limit on operations, and at level element, the model keeps another budget.
         steps = budget_path(near, model.accuracy.asked, measured(near, model))
     path = dynamics.points.path(exact, steps)
-    others = {
+    models_of_stops = {
         number: stop.held.model
         for number, stop in enumerate(stops)
         if stop.is_readable and stop.held is not None and stop is not search.own_stop and not search.is_exact
     }
-    path, places = joined_path(path, [measured(exact, other) for other in others.values()])
-    own = next(place for place, step in enumerate(path) if step.accuracy.budget == model.accuracy.budget)
-    place_of = dict(zip(others, places, strict=True))
+    measured_models = [measured(exact, stop_model) for stop_model in models_of_stops.values()]
+    path, places = joined_path(path, measured_models)
+    own_place = next(
+        place for place, step in enumerate(path) if step.accuracy.budget == model.accuracy.budget
+    )
+    place_of = dict(zip(models_of_stops, places, strict=True))
     if search.own_stop is not None and not search.is_exact:
-        place_of[stops.index(search.own_stop)] = own
-    return path, own, [place_of.get(number, -1) for number in range(len(stops))]
+        place_of[stops.index(search.own_stop)] = own_place
+    return path, own_place, [place_of.get(number, -1) for number in range(len(stops))]
 
 
 def _efforts(dynamics: RunDynamics, model: SimplifiedModel) -> Efforts | None:
     """Efforts of the model's certificates; None if it has too many terms, or too long a program."""
     is_short = not dynamics.too_many_terms
     if is_short and model.level.has_torque_terms:
-        return _USUAL
+        return _USUAL_EFFORTS
     with suppress(TooLongError):
         if (is_short or not model.is_exact) and usual_effort(model) is not None:
-            return _USUAL if is_short else _LITTLE
+            return _USUAL_EFFORTS if is_short else _SMALL_EFFORTS
     return None
 
 
