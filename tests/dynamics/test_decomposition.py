@@ -10,7 +10,6 @@ from hypothesis import given
 
 import gd_analyze as gd
 from gd_analyze.arrays import CHUNK
-from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
@@ -130,7 +129,7 @@ def test_written_blocks_leave_no_seam(puma, count):
     for name, values in found.items():
         # Both are correct programs; torque has the largest bound.
         assert np.abs(ran[name] - values).max() <= bound, name
-    assert np.abs(torque_of(puma, states) - found["torque"]).max() <= bound
+    assert np.abs(puma.torque(*states.arrays) - found["torque"]).max() <= bound
     lean = gd.tables.decompose_states(puma, states, christoffel=False, shares=False, written=True)
     assert {*found} - {*lean} == {"christoffel", "centrifugal", "coriolis"}
     assert all(np.array_equal(lean[name], ran[name]) for name in lean)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import warnings
 
 import numpy as np
@@ -15,7 +16,6 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import Drive, Joint, Link
-from gd_analyze.studies.main_job import find
 from strategies import arms_with_states, examples
 
 
@@ -33,18 +33,18 @@ def below_zero(two_link: gd.types.RobotArm, moment: float) -> gd.types.RobotArm:
 def test_an_inertia_that_no_body_has_but_that_leaves_d_positive_is_computed_with(two_link):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
-        findings = find(below_zero(two_link, -0.01), "two-link-swing")
+        findings = gd.analyze(below_zero(two_link, -0.01), "two-link-swing")
     assert [text for text in findings.warnings if "negative" in text]
     assert findings.model.operations.total > 0
 
 
 @pytest.mark.filterwarnings("ignore::gd_analyze.errors.GdAnalyzeWarning")
-@pytest.mark.parametrize("use", [find, gd.simplify, gd.types.ExactDynamics.of])
+@pytest.mark.parametrize("use", [gd.analyze, gd.simplify, gd.types.ExactDynamics.of])
 def test_nothing_is_found_of_one_that_makes_it_indefinite(two_link, use):
     match = f"D is not positive definite.*link {two_link.links[1].name}"
     with pytest.raises(ArmError, match=match) as caught:
         use(below_zero(two_link, -0.5), "two-link-swing")
-    assert "two_link.toml, line " in caught.value.details["where"]
+    assert re.search(r"two_link\.toml, line \d+$", caught.value.details["where"])
     assert "-0.5, 0, 0.08333 kg m^2" in caught.value.details["found"]
 
 
@@ -67,7 +67,7 @@ def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
     require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=True)
     with pytest.raises(ArmError, match=r"D is singular: joint 3 \(idle\) moves no mass") as caught:
         require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
-    assert caught.value.details["where"] == "arm two_link, link nothing"
+    assert caught.value.details["where"].endswith("link nothing")
     assert "--lock idle=0" in caught.value.details["next"]
 
 

@@ -13,7 +13,6 @@ from scipy.signal import butter, sosfiltfilt
 import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.arrays import CHUNK, FloatArray
-from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.motions.logged import Log
 from gd_analyze.types import RobotArm
@@ -28,7 +27,7 @@ CLOSE = 1e-9
 
 
 def exact_of(arm: RobotArm, motion: Trajectory) -> FloatArray:
-    return torque_of(arm, gd.tables.states_of(motion))
+    return arm.torque(motion.q, motion.qd, motion.qdd)
 
 
 @given(gain=st.floats(0.1, 10.0), offset=st.floats(-100.0, 100.0), sign=st.sampled_from([-1.0, 1.0]))

@@ -5,6 +5,7 @@ Thresholds are those of the code, argued there; the arms, motions and mistakes h
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -15,7 +16,6 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.identification import Residuals
 from gd_analyze.robots.payload import with_payload
@@ -60,8 +60,8 @@ def headline(found: Identification) -> str:
 def error_of(arm: gd.types.RobotArm, true: TrueArm) -> float:
     """RMS error of the torque of links and drives at independent states, over the torque's RMS."""
     independent = states_in_box(true.arm, 200)
-    wanted = torque_of(true.arm, independent, drives=False) + true.drives * independent.qdd
-    return float(np.linalg.norm(torque_of(arm, independent) - wanted) / np.linalg.norm(wanted))
+    wanted = true.arm.torque(*independent.arrays, drives=False) + true.drives * independent.qdd
+    return float(np.linalg.norm(arm.torque(*independent.arrays) - wanted) / np.linalg.norm(wanted))
 
 
 def test_a_sound_log_raises_no_doubt_and_improves_the_file(puma, true, sound):
@@ -77,14 +77,17 @@ def test_a_sound_log_raises_no_doubt_and_improves_the_file(puma, true, sound):
 
 @pytest.mark.parametrize("factor", [1000.0, long(100.0), long(0.01)])
 def test_torques_in_another_unit_are_refused(puma, sound, factor):
-    with pytest.raises(UsageError, match=r"friction aside, are .* times the file's"):
+    with pytest.raises(UsageError, match="friction") as caught:
         quietly(puma, with_torque(sound, factor * sound.recording.torque))
+    # Links and drives off by some 20 % are a part of the ratio.
+    ratio = re.search(r"([\d.e+-]+) times", caught.value.what)
+    assert float(ratio[1]) == pytest.approx(factor, rel=0.5)
 
 
 @pytest.mark.parametrize("factor", [2.0, long(0.5)])
 def test_constants_off_by_two_are_doubted(puma, sound, factor):
     found = quietly(puma, with_torque(sound, factor * sound.recording.torque))
-    assert any("gravity torque identified at joint 2" in text for text in found.doubts)
+    assert any("gravity" in text and "joint 2" in text for text in found.doubts)
     assert headline(found).startswith("Doubtful: ")
     # The arm's file says it again wherever it is read.
     assert set(found.doubts) <= set(found.arm.doubts)
@@ -93,9 +96,9 @@ def test_constants_off_by_two_are_doubted(puma, sound, factor):
 @pytest.mark.slow
 def test_an_arm_that_hangs_is_refused(puma, true, states):
     hanging = replace(true, arm=replace(true.arm, gravity=-true.arm.gravity))
-    with pytest.raises(UsageError, match="hangs from the ceiling"):
+    with pytest.raises(UsageError, match="ceiling"):
         quietly(puma, hanging.log(*states))
-    with pytest.raises(UsageError, match=r"contradict each other"):
+    with pytest.raises(UsageError, match="contradict"):
         quietly(puma, hanging.log(*states), anyway=True)
 
 
@@ -103,10 +106,10 @@ def test_a_zero_that_is_off_is_told_and_doubted(puma, true, states):
     time, moved = states
     log = true.log(time, moved)
     shifted = log.q + np.pi / 2.0 * (np.arange(6) == 2)
-    with pytest.raises(UsageError, match="The zero of joint 3 is off by -90 degrees"):
+    with pytest.raises(UsageError, match=r"joint 3 .* -90 deg"):
         quietly(puma, replace(log, q=shifted))
     found = quietly(puma, replace(log, q=shifted), anyway=True)
-    assert any("does not follow the file's" in text for text in found.doubts)
+    assert any("gravity" in text and "joint 3" in text for text in found.doubts)
 
 
 def test_times_that_are_ten_times_too_long(puma, true, states):
@@ -143,7 +146,7 @@ def test_a_right_file_stays_at_every_joint(puma, states):
     found = quietly(puma, exact.log(*states, noise=(1e-4, 0.05), seed=8))
     assert len(found.kept) >= 4
     assert error_of(found.arm, exact) < 0.02
-    assert "file's values stay" in headline(found) or "its values stay" in headline(found)
+    assert "stay" in headline(found)
 
 
 def test_joints_that_do_not_improve_have_the_files_torque(puma, true, states, sound):

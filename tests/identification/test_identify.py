@@ -311,10 +311,10 @@ def test_the_log_of_another_robot_is_no_models(puma, true, motion):
     """Torques of another motion, and of the same joints in another order."""
     log = true.exact_log(*motion)
     other = true.exact_log(*fourier(puma, 12.0, 100.0, 9)).recording.torque
-    assert "no model of this arm predicts the logs" in refused(puma, with_torque(log, other)).what
+    assert "no model" in refused(puma, with_torque(log, other)).what
     backwards = with_torque(log, log.recording.torque[:, ::-1])
-    assert "The torques are in reversed order" in refused(puma, backwards).what
-    assert "no model of this arm predicts the logs" in refused(puma, backwards, anyway=True).what
+    assert "reversed order" in refused(puma, backwards).what
+    assert "no model" in refused(puma, backwards, anyway=True).what
 
 
 @pytest.mark.parametrize("pair", [(0, 3), *map(long, [(0, 1), (1, 4), (2, 3), (3, 5), (4, 5)])])
@@ -348,7 +348,7 @@ def test_a_mistake_of_the_file_is_no_wrong_sign_of_the_log(puma, true, motion, s
         warnings.simplefilter("always", GdAnalyzeWarning)
         found = gd.identify(given, log, physical=False)
     told = [str(each.message) for each in caught]
-    assert any("joints 5 and 6 does not follow the file's" in text for text in told) == (sign > 0.0)
+    assert any("gravity" in text and "joints 5 and 6" in text for text in told) == (sign > 0.0)
     assert max(each.share("identified") for each in found.residuals) < 1e-6
 
 
@@ -365,13 +365,16 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     log, bare = true.exact_log(*motion), massless(puma)
     signs = np.array([1, 1, 1, -1, 1, 1])
     error = refused(bare, with_torque(log, signs * log.recording.torque))
-    assert "friction would drive joint 4" in error.what
-    assert "--torque-sign 1,1,1,-1,1,1 reverses" in error.details["next"]
+    assert "friction" in error.what
+    assert "joint 4" in error.what
+    assert error.details["next"].startswith("--torque-sign 1,1,1,-1,1,1 ")
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
     exchanged = with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]])
-    assert "torques of joints 2 and 3 are exchanged" in refused(puma, exchanged).what
-    assert "given twice" in refused(puma, log, held_out=log).what
+    cause = refused(puma, exchanged).what
+    assert "joints 2 and 3" in cause
+    assert "exchanged" in cause
+    assert "twice" in refused(puma, log, held_out=log).what
     # A commanded motion that is repeated is another log: its torques were measured anew.
     again = with_torque(log, 1.001 * log.recording.torque)
     assert len(gd.identify(puma, log, held_out=again, physical=False).residuals) == 6
@@ -385,9 +388,9 @@ def test_a_log_held_out_in_which_joints_stand_still(puma, true, motion):
         still = States(*(np.where(moves, x, 0.3 * (k == 0)) for k, x in enumerate(states.arrays)))
         apart = replace(true.exact_log(time, still), name="apart")
         if not moves.any():
-            assert "no joint moves in the held-out rows" in refused(puma, log, held_out=apart).what
+            assert "held-out" in refused(puma, log, held_out=apart).what
             continue
-        with pytest.warns(GdAnalyzeWarning, match="joint 2 does not move in the held-out rows"):
+        with pytest.warns(GdAnalyzeWarning, match=r"joint 2 .*held-out"):
             found = gd.identify(puma, log, held_out=apart)
         assert [np.isnan(each.share("identified")) for each in found.residuals] == list(~moves)
 
