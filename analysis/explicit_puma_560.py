@@ -26,7 +26,7 @@ from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.effort import ROUGH, THOROUGH, Effort
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions

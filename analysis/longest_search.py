@@ -23,7 +23,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from psdm_measure import machine
 

@@ -18,7 +18,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.studies.control import ControlStudy

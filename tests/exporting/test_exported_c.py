@@ -15,7 +15,7 @@ import pytest
 import gd_analyze as gd
 from exported_cases import states, subject
 from gd_analyze.exporting.export import written
-from gd_analyze.simplification.effort import program_inputs
+from gd_analyze.operations.program import program_inputs
 from long_cases import long
 from rounded_programs import evaluated
 from running import COMPILERS, STRICT, called, needs, needs_gcc, needs_gpp, run_compiled

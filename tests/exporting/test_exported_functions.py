@@ -21,11 +21,11 @@ from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Ou
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.harmonics.lagrangian import torques_of_energies
 from gd_analyze.harmonics.parameter_terms import energy_terms_of_parameters
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.parts import Placement
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.effort import ROUGH, program_inputs
+from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 from gd_analyze.simplification.model import exactly

@@ -15,9 +15,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.formula import CircularFunction, Formula, Product, Symbol
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.steps import NamedSteps
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.types import States
 from strategies import arms, examples, random_states

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.fast_search import FastSearch, FastSettings

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.simplification.effort import program_inputs
+from gd_analyze.operations.program import UFUNCS, Program, program_inputs
 from gd_analyze.types import States
 
 # Mass, centre of mass and inertia, as every function that takes a payload is given it.

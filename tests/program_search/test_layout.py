@@ -8,10 +8,9 @@ from hypothesis import strategies as st
 
 from drawn_nodes import LAYOUT, NAMES, PRICE, drawn, states, traced
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import Layout, Nodes
-from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from strategies import arms, examples, random_states
 from uncompiled import canonical, cost, guarded_layout, values_of

@@ -17,11 +17,10 @@ import gd_analyze as gd
 import gd_analyze.program_search as package
 import uncompiled
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program, plain_program
+from gd_analyze.operations.program import Program, plain_program, program_inputs
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.program_search.layout import Layout, Nodes, copied
 from gd_analyze.simplification import fast_search
-from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast_search import FastSettings
 from long_cases import long_but

@@ -17,7 +17,7 @@ from changed_programs import skip_searches
 from gd_analyze.errors import ModelError
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification import cache, effort, exact
+from gd_analyze.simplification import cache, exact
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.identity import (
     LEAST_DIFFERENCE,
@@ -26,6 +26,7 @@ from gd_analyze.simplification.identity import (
     states_needed,
     telling_states,
 )
+from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.types import States
 from strategies import arms, examples
 
@@ -130,7 +131,7 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
     """Nothing is wrong at the states that earlier versions looked at, nor in the number of operations."""
     arm = replace(two_link, name="another")  # whose program is not shipped
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
-    effort.kept_program.cache_clear()
+    kept_program.cache_clear()
     honest = ExactForm(arm).program
     (entry,) = tmp_path.iterdir()
     name = entry.name.removesuffix(".gd.json")
@@ -143,7 +144,7 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
     forged = Program.of(trace, [value(x) + 0.01 * wave for x in honest.outputs])
     for bad in (forged, program_of(lambda q, qd, qdd: 0.0 * q[0] + qd[0] * qd[1] * qd[2])):
         cache.keep(name, plain_program(bad))
-        effort.kept_program.cache_clear()
+        kept_program.cache_clear()
         again = ExactForm(arm).program
         assert plain_program(again) == plain_program(honest)
         assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
@@ -154,7 +155,7 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
         for j in range(60):
             spare = spare + np.sin(input_ + (1.0 + j + 100.0 * k))
     cache.keep(name, plain_program(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs])))
-    effort.kept_program.cache_clear()
+    kept_program.cache_clear()
     assert ExactForm(arm).program.count == honest.count
 
 

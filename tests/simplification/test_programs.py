@@ -22,11 +22,12 @@ from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
-from gd_analyze.operations.program import Program, plain_program
+from gd_analyze.operations.program import Program, plain_program, program_inputs
 from gd_analyze.simplification.cache import VARIABLE, keep, kept, without_cache
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort, kept_program, program_inputs
+from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import torque_program

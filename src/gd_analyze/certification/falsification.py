@@ -18,9 +18,8 @@ from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.tube import Tube
 from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Batch
-from gd_analyze.simplification.effort import program_inputs
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.operations.program import Batch, program_inputs
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
 # Random states of a tube per round.

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.certificate import Certificate
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
 

@@ -22,7 +22,7 @@ from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.tube import Tube
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.motions.states import States
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.fast_search import FastSearch, FastSettings
 from gd_analyze.simplification.levels import SearchOptions

@@ -121,7 +121,7 @@ class Given:
         """Read or draw the states, with their motion, if any; warn where torques look wrong."""
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
         from gd_analyze.motions.states import states_in_box, states_of
-        from gd_analyze.simplification.exact import ExactDynamics, warn_without_torque
+        from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_without_torque
 
         arm = self.robot.load(self.payload, self.trajectories)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None

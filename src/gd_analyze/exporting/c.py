@@ -14,9 +14,8 @@ from gd_analyze.errors import UsageError
 from gd_analyze.exporting.export_input import ExportInput, Function, Output
 from gd_analyze.exporting.language import Body, Language
 from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.operations.program import UFUNCS, Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace, reached
-from gd_analyze.simplification.effort import program_inputs
 from gd_analyze.text import number, rounded_up
 
 # Angles processed at once: whole vectors of processors.

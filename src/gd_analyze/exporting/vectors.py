@@ -13,7 +13,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.exporting.export_input import PAYLOAD_SIZE, ExportInput, Function
 from gd_analyze.exporting.language import Language, environment
 from gd_analyze.motions.states import states_in_box
-from gd_analyze.simplification.effort import program_inputs
+from gd_analyze.operations.program import program_inputs
 
 # Number of states within the arm's limits; tolerance as a share of a function's largest value: libraries
 # round differently, but a change of any coefficient by a thousandth shows.

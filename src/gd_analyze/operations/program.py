@@ -10,6 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from gd_analyze.arrays import CHUNK, FloatArray
+from gd_analyze.motions.states import States
 from gd_analyze.operations.trace import Expression, Operation, Trace, reached
 from gd_analyze.text import LARGEST_COEFFICIENT
 
@@ -294,3 +295,9 @@ def read_back(
         if len(trace.expressions) != len(expressions):
             raise ValueError(f"step s{k} occurs twice")
     return Program(tuple(expressions.values()), tuple(value(output) for output in outputs))
+
+
+def program_inputs(states: States) -> dict[str, FloatArray]:
+    """Inputs of a program at states (N, n)."""
+    named = zip(("q", "qd", "qdd"), states.last, strict=True)
+    return {f"{name}{j + 1}": row for name, rows in named for j, row in enumerate(rows)}

@@ -21,7 +21,8 @@ from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, parts_of
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_torque import PayloadEffect, losses

@@ -11,7 +11,8 @@ from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.schema import declared_column
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
+from gd_analyze.simplification.exact import too_many_terms
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.term_ranking import TermRanking

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.simplification.accuracy import SearchStep
-from gd_analyze.simplification.effort import program_inputs
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast import FAST, require_numba
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, no_dearer, with_gamma

@@ -23,8 +23,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import HIGHEST, magnitudes, no_torque
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Batch, Program
-from gd_analyze.simplification.effort import program_inputs
+from gd_analyze.operations.program import Batch, Program, program_inputs
 
 # Difference of a coefficient of 1, qdd_j or qd_j qd_k that is to be found, as a share of the joint's torque.
 LEAST_DIFFERENCE = 1e-3

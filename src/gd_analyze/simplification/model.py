@@ -22,7 +22,8 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.effort import ROUGH, THOROUGH, effort_for
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.functions import Functions, functions_of, inertia_program
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms

@@ -34,7 +34,7 @@ from gd_analyze.simplification.accuracy import (
 )
 from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.exact import ExactDynamics, allowed_by
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.model import SimplifiedModel
 

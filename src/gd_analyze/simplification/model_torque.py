@@ -20,7 +20,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import ErrorTable, NormShare, share_of
 from gd_analyze.simplification.element import ElementLevel, parts_of, torque_by_part
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, require_model
 
 if TYPE_CHECKING:

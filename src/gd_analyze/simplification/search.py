@@ -13,7 +13,7 @@ from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.effort import COUNTING, ROUGH
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import CandidateLevel, Found
 from gd_analyze.simplification.levels import SearchOptions

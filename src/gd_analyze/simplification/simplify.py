@@ -11,7 +11,7 @@ from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast_search import fast_model
 from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.levels import SearchOptions

@@ -14,7 +14,7 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import MANY_TERMS, largest_terms, require_few_terms
-from gd_analyze.simplification.exact import ExactDynamics, require_exact
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.text import html_of, percent

@@ -11,7 +11,8 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.effort import POINT, THOROUGH
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm, require_exact, too_many_terms
+from gd_analyze.simplification.exact import ExactForm, too_many_terms
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions

@@ -13,7 +13,8 @@ from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.element import ELEMENT, ElementPart, parts_of, trace_parts
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.text import rounded_up

@@ -14,7 +14,7 @@ from gd_analyze.schema import table
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.candidates import TooManyTermsError, terms_beyond
 from gd_analyze.simplification.effort import READABLE
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
 
 if TYPE_CHECKING:

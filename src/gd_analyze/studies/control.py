@@ -22,7 +22,8 @@ from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.exact import ExactDynamics, ExactForm
+from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_torque import require_arm
 from gd_analyze.studies import control_bounds as bounds

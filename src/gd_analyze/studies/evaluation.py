@@ -25,7 +25,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable, share_of
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.exact import allowed_by
+from gd_analyze.simplification.exact_dynamics import allowed_by
 from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.simplification.model_torque import ModelTorque, model_torque, require_arm
 from gd_analyze.studies.box_exits import BoxExit, box_exits, outside_of

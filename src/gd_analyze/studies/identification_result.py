@@ -25,7 +25,7 @@ from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import named_joints, number, percent, with_error

@@ -20,7 +20,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named

@@ -25,7 +25,8 @@ from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics, too_many_terms
+from gd_analyze.simplification.exact import too_many_terms
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.search import quick_count

@@ -18,7 +18,8 @@ from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact import ExactDynamics, too_many_terms, warn_without_torque
+from gd_analyze.simplification.exact import too_many_terms
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_without_torque
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
 

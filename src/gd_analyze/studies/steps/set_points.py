@@ -31,7 +31,7 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.studies.steps.read import RunInputs
 

@@ -17,7 +17,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.effort import POINT, READABLE, THOROUGH
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions, level_named
