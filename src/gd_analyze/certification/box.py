@@ -39,24 +39,24 @@ class Box:
 
     def __post_init__(self) -> None:
         shape = array_of(self.lower, "lower", UsageError).shape
-        least = np.full(shape, -np.inf)
+        lowest = np.full(shape, -np.inf)
         for name in ("lower", "upper", "velocity", "acceleration"):
             array = array_of(getattr(self, name), name, UsageError).copy()
             if array.ndim != 1 or array.shape != shape or not array.size:
                 expected = f"{shape[0]} numbers" if len(shape) == 1 and shape[0] else "numbers in a row"
                 message = "a box needs one limit of each kind per joint"
                 raise UsageError(message, where=name, expected=expected, found=f"shape {array.shape}")
-            wrong = np.flatnonzero(~(np.isfinite(array) & (array >= least)))
+            wrong = np.flatnonzero(~(np.isfinite(array) & (array >= lowest)))
             if wrong.size:
                 joint, message = wrong[0], "the box is empty"
                 where, value = f"{name}, joint {joint + 1}", f"{array[joint]:g}"
                 expected = "a finite number"
                 if name != "lower":
-                    expected += f", {least[joint]:g} or more"
+                    expected += f", {lowest[joint]:g} or more"
                 raise UsageError(message, where=where, expected=expected, found=value)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-            least = array if name == "lower" else np.zeros(shape)
+            lowest = array if name == "lower" else np.zeros(shape)
 
     @property
     def n_joints(self) -> int:

@@ -183,10 +183,10 @@ def certify(
     joint_weights = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
     limits = [None] * box.n_joints if limit is None else (limit - harmonics_slack(harmonics, box)).tolist()
     parts = zip(_exact_rows(model, harmonics), expansion.rows, roundings, joint_weights, limits, strict=True)
-    for exact, row, rounding, counts, most in parts:
+    for exact, row, rounding, counts, limit_of_joint in parts:
         step = _in_hundredths(progress)
         field = ErrorField.of(exact, row, rounding, box)
-        joint_bounds.append(_bounded(field, tube, effort, step, counts, most, tighten))
+        joint_bounds.append(_bounded(field, tube, effort, step, counts, limit_of_joint, tighten))
         step(1.0)
     rows, errors, *states = (np.array(values) for values in zip(*joint_bounds, strict=True))
     bounds = rows.T + harmonics_slack(harmonics, box)
@@ -241,14 +241,14 @@ def _exact_rows(
 
 def _in_hundredths(progress: Callable[[int], None] | None) -> Callable[[float], None]:
     """Report a joint's progress, in hundredths since the last call."""
-    done = 0
+    reported = 0
 
     def step(share: float) -> None:
-        nonlocal done
-        more = int(100 * share) - done
-        if progress is not None and more > 0:
-            progress(more)
-            done += more
+        nonlocal reported
+        hundredths = int(100 * share) - reported
+        if progress is not None and hundredths > 0:
+            progress(hundredths)
+            reported += hundredths
 
     return step
 
@@ -303,7 +303,7 @@ def _expected(field: ErrorField) -> Reached:
     width = box.upper - box.lower
     largest = []
     for widths in (width, np.where(polynomial.revolute & (width > 0.0), 2 * np.pi, width)):
-        nodes = [low + share * wide for low, share, wide in zip(box.lower, shares, widths, strict=True)]
+        nodes = [low + share * extent for low, share, extent in zip(box.lower, shares, widths, strict=True)]
         largest.append(max(float(field.motion.quick_bound(v).max()) for v in polynomial.on_grid(nodes)))
     return Reached(*largest)
 
@@ -315,24 +315,24 @@ def _over_grid(
     largest, before = 0.0, 0
     tops: list[tuple[float, int]] = []
     for values in part.on_grid(grid.nodes):
-        rough = np.abs(values).sum(axis=0)
-        top = int(rough.argmax())
+        sum_of_sizes = np.abs(values).sum(axis=0)
+        top = int(sum_of_sizes.argmax())
         tops.append((float(field.motion.bound(values[:, [top]])[0]), before + top))
         largest = max(largest, tops[-1][0])
         # Most positions are excluded before signs of velocities are tried; most of the remaining ones before
         # the close bound.
-        near = np.flatnonzero(rough > largest)
-        at_once = _SETTINGS.quick_bounds_at_once
-        batches = np.split(near, range(at_once, len(near), at_once))
+        candidates = np.flatnonzero(sum_of_sizes > largest)
+        at_once, closely = _SETTINGS.quick_bounds_at_once, _SETTINGS.close_bounds_at_once
+        batches = np.split(candidates, range(at_once, len(candidates), at_once))
         quick = np.concatenate([field.motion.quick_bound(values[:, batch]) for batch in batches])
         order = np.argsort(-quick)
-        near, quick = near[order], quick[order]
-        while near.size and quick[0] > largest:
-            bounds = field.motion.bound(values[:, near[: _SETTINGS.close_bounds_at_once]])
+        candidates, quick = candidates[order], quick[order]
+        while candidates.size and quick[0] > largest:
+            bounds = field.motion.bound(values[:, candidates[:closely]])
             if bounds.max() > largest:
                 largest = float(bounds.max())
-                tops.append((largest, before + int(near[bounds.argmax()])))
-            near, quick = near[_SETTINGS.close_bounds_at_once :], quick[_SETTINGS.close_bounds_at_once :]
+                tops.append((largest, before + int(candidates[bounds.argmax()])))
+            candidates, quick = candidates[closely:], quick[closely:]
         before += values.shape[1]
         # The first grid is the largest.
         step(0.95 * before / grid.size)

@@ -267,7 +267,7 @@ def _along(
         basis = coefficients * np.exp(1j * m * x)
         derivatives = basis, 1j * m * basis, -(m**2) * basis
     else:
-        powers = [x ** np.maximum(m - less, 0.0) for less in range(3)]
+        powers = [x ** np.maximum(m - order, 0.0) for order in range(3)]
         derivatives = (
             coefficients * powers[0],
             coefficients * m * powers[1],

@@ -58,7 +58,7 @@ def worst_found(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
-    least = _SETTINGS.near_budget if model.level.is_program else 1.0
+    joining_share = _SETTINGS.near_budget if model.level.is_program else 1.0
 
     @cache
     def batches(count: int) -> tuple[Batch, Batch]:
@@ -86,7 +86,7 @@ def worst_found(
             reached = _climbed(share_at, i, reached, low, high)
             errors = share_at(reached)
             largest = np.maximum(largest, errors.max(axis=1))
-            worst.append(reached[:, errors[i] > least])
+            worst.append(reached[:, errors[i] > joining_share])
     return largest * allowed, np.concatenate(worst, axis=1)
 
 
@@ -181,12 +181,12 @@ def worst_in_box(
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
     if model.level.is_program:
-        least, joining = _SETTINGS.near_budget, _SETTINGS.joining_per_joint_of_programs
+        joining_share, joining = _SETTINGS.near_budget, _SETTINGS.joining_per_joint_of_programs
     else:
-        least, joining = 1.0, _SETTINGS.joining_per_joint
-    largest, beyond = np.zeros(n), [np.empty((3, 0, n))]
+        joining_share, joining = 1.0, _SETTINGS.joining_per_joint
+    largest, exceeding = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(RANDOM_POSITIONS // _SETTINGS.positions_at_once):
-        if least == 1.0 and (largest > 1.0).any():
+        if joining_share == 1.0 and (largest > 1.0).any():
             break  # the first ones have found enough
         q = rng.uniform(box.lower, box.upper, (_SETTINGS.positions_at_once, n)).T
         for i, values in enumerate(errors.factors(q)):
@@ -195,5 +195,5 @@ def worst_in_box(
             states = errors.worst(np.hstack([highest, top]), i)
             sizes = np.abs(errors.at(states))
             largest = np.maximum(largest, sizes.max(axis=1))
-            beyond.append(states[:, sizes[i] > least])
-    return largest * allowed, np.concatenate(beyond, axis=1)
+            exceeding.append(states[:, sizes[i] > joining_share])
+    return largest * allowed, np.concatenate(exceeding, axis=1)

@@ -177,8 +177,8 @@ class _Spectrum:
     @cached_property
     def amplitudes(self) -> FloatArray:
         """Amplitudes by joint and multiple, shape (n, D + 1)."""
-        most = int(self.multiples.max(initial=0))
-        return np.array([np.bincount(m, self.sizes, most + 1) for m in self.multiples.T])
+        highest = int(self.multiples.max(initial=0))
+        return np.array([np.bincount(m, self.sizes, highest + 1) for m in self.multiples.T])
 
     def curvature(self, joint: int, degree: int, largest: float) -> float:
         """Bound on K_k by amplitudes, or by the maximum of f if a degree is given."""

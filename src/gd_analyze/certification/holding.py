@@ -214,14 +214,14 @@ class _Rounds:
                     return trial._replace(near=first.joined_by(worst, counts))
             worst = np.concatenate([worst, states], axis=1)
             counts = np.concatenate([counts, self.region.counts_at(states)])
-            beyond = errors > allowed
-            needed = np.where(beyond, 0.98 * allowed / np.where(beyond, errors, 1.0), 1.0)
+            exceeds = errors > allowed
+            needed = np.where(exceeds, 0.98 * allowed / np.where(exceeds, errors, 1.0), 1.0)
             # States at their worst say enough about velocities: with more of them the budget often holds.
             late = turn - (_SETTINGS.patient_rounds if trial.tried_are == "positions" else 0)
             if late >= _SETTINGS.patient_rounds:
                 share = share * needed**_SETTINGS.shrink_power
             elif late >= 0:
-                share = np.where(beyond, np.minimum(share, _SETTINGS.slight_shrink), share)
+                share = np.where(exceeds, np.minimum(share, _SETTINGS.slight_shrink), share)
         everything = with_gamma(self.exact, exactly(self.exact, options.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 

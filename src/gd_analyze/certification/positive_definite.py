@@ -113,10 +113,10 @@ def certify_positive_definite(
         pieces = _boxes_around(region, 1)
         starts = np.stack([piece.centre for piece in pieces], axis=1)
         lowest = int(_smallest(inertia(starts)).argmin())
-        within, start = pieces[lowest], starts[:, [lowest]]
+        start_box, start = pieces[lowest], starts[:, [lowest]]
     else:
-        within, start = box, gridded[0].lowest
-    position, highest = local_maximum(lambda q: -_smallest(inertia(q)), within, start)
+        start_box, start = box, gridded[0].lowest
+    position, highest = local_maximum(lambda q: -_smallest(inertia(q)), start_box, start)
     smallest = -highest
     unit = np.eye(n)
     round_off = _SETTINGS.roundings_per_joint * n * _EPS * max(part.reach(unit, 0.0) for part in gridded)
@@ -204,12 +204,12 @@ class _GriddedInertia:
         low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self.on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
         # Scaling and eigenvalues have errors of some n eps of the largest, at worst times |K|^2 |D|.
-        rough = _SETTINGS.roundings_per_joint * len(k) * _EPS * self.reach(k, shift)
-        bound = low - slack - rough
+        rounding = _SETTINGS.roundings_per_joint * len(k) * _EPS * self.reach(k, shift)
+        bound = low - slack - rounding
         stretch = np.linalg.eigvalsh(k.T @ k)
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.
-        below = bound / (stretch[-1] if bound > 0.0 else stretch[0])
-        return float(shift + below - rough * (abs(shift) + abs(below)))
+        gap = bound / (stretch[-1] if bound > 0.0 else stretch[0])
+        return float(shift + gap - rounding * (abs(shift) + abs(gap)))
 
 
 def _smallest(values: FloatArray) -> FloatArray:

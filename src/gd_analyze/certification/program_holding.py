@@ -100,16 +100,16 @@ def program_held(
         if best is not None and (search.stopped or turn >= last):
             break
         # The share grows only after a program held, and then by the square root of the room that it left.
-        most = 1.0 if best is not None else share
+        largest_share = 1.0 if best is not None else share
         room = _AIM.aimed_share * allowed / np.maximum(trial.found, 1e-300)
-        share = np.clip(share * np.minimum(room, np.sqrt(room)), _AIM.least_share, most)
+        share = np.clip(share * np.minimum(room, np.sqrt(room)), _AIM.least_share, largest_share)
         q, qd, qdd = states
         search.learn(exact.at(States(q, qd, qdd, weights=region.counts_at(states))), share)
     if best is None:
         model = replace(with_gamma(exact, exactly(exact, FAST, allowed, stated)), provenance=dict(provenance))
         return Held(model, near=exact, stopped=search.stopped)
-    near = exact.joined_by(drawn[:, : _AIM.shown_states], counts[: _AIM.shown_states])
-    return best._replace(model=proven(best.model, best.certificate), near=near, stopped=search.stopped)
+    exact_near = exact.joined_by(drawn[:, : _AIM.shown_states], counts[: _AIM.shown_states])
+    return best._replace(model=proven(best.model, best.certificate), near=exact_near, stopped=search.stopped)
 
 
 def _pool(region: Box | Tube, count: int, seed: int = 0) -> tuple[FloatArray, FloatArray]:

@@ -73,23 +73,25 @@ def bound_along(
     spent = len(tube)
     while True:
         # Rounding and cancelled harmonics are in every bound, however small the box.
-        counting, least = counts[boxes.pieces], field.omitted + 8 * field.round_off
-        near = np.empty(0, dtype=np.intp)
+        counting, unresolved = counts[boxes.pieces], field.omitted + 8 * field.round_off
+        candidates = np.empty(0, dtype=np.intp)
         if limit is not None:
             if largest > limit:
                 break
-            near = np.flatnonzero(counting * boxes.bounds > limit)
+            candidates = np.flatnonzero(counting * boxes.bounds > limit)
         may_tighten = tighten and spent - len(tube) < _HALVING.tightening_share * effort
-        if not near.size and (limit is None or may_tighten):
-            near = np.flatnonzero(counting * boxes.bounds > _HALVING.close_bound * largest + counting * least)
-        if not near.size or spent + 2 > effort:
+        if not candidates.size and (limit is None or may_tighten):
+            candidates = np.flatnonzero(
+                counting * boxes.bounds > _HALVING.close_bound * largest + counting * unresolved
+            )
+        if not candidates.size or spent + 2 > effort:
             break
-        order = np.argsort(-(counting * boxes.bounds)[near], kind="stable")
-        near = near[order[: min(_HALVING.halved_at_once, (effort - spent) // 2)]]
-        halves = form.halved(boxes.at(near))
+        order = np.argsort(-(counting * boxes.bounds)[candidates], kind="stable")
+        candidates = candidates[order[: min(_HALVING.halved_at_once, (effort - spent) // 2)]]
+        halves = form.halved(boxes.at(candidates))
         largest, state, piece = max((largest, state, piece), halves.worst(counts), key=lambda worst: worst[0])
-        boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), near)), halves])
-        spent += 2 * near.size
+        boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), candidates)), halves])
+        spent += 2 * candidates.size
     bounds = np.zeros(len(tube))
     np.maximum.at(bounds, boxes.pieces, boxes.bounds)
     q, qd, qdd = np.clip(state.reshape(3, -1) * limits, tube.lower[piece], tube.upper[piece])

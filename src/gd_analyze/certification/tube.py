@@ -341,17 +341,17 @@ class _Path:
             intervals, kinds, joints = np.nonzero(self.unsure)
             with np.errstate(divide="ignore"):
                 times = self.differences[self.unsure] / self.margins[kinds, joints]
-            most = int(times.argmax())
-            quantity = ("position", "velocity", "acceleration")[kinds[most]]
-            by = f"{number(times[most], 2)} times its margin"
-            by = by if np.isfinite(times[most]) else "its margin being zero"
-            begin, end = self.motion.time[self.edges[intervals[most] : intervals[most] + 2]]
+            widest = int(times.argmax())
+            quantity = ("position", "velocity", "acceleration")[kinds[widest]]
+            by = f"{number(times[widest], 2)} times its margin"
+            by = by if np.isfinite(times[widest]) else "its margin being zero"
+            begin, end = self.motion.time[self.edges[intervals[widest] : intervals[widest] + 2]]
             numbers = [int(joint) + 1 for joint in np.unique(joints)]
             count = int(np.diff(self.edges)[self.is_known].sum())
             notes.append(
                 f"Set points too far apart in {self.coarse.sum()} of {count} intervals "
                 f"({named_joints(numbers, self.motion.n_joints)}): the tube is wider there. "
-                f"Largest ambiguity: {quantity} of joint {joints[most] + 1}, {by}, "
+                f"Largest ambiguity: {quantity} of joint {joints[widest] + 1}, {by}, "
                 f"from {begin:.4g} to {end:.4g} s."
             )
         return " ".join(notes)

@@ -203,8 +203,8 @@ class ProgramSearch:
         errors = np.abs(self._errors)
         worst = []
         for row in errors:
-            beyond = np.flatnonzero(row > limit)
-            worst.append(beyond[np.argsort(-row[beyond], kind="stable")[:100]])
+            exceeding = np.flatnonzero(row > limit)
+            worst.append(exceeding[np.argsort(-row[exceeding], kind="stable")[:100]])
         self._remembered = np.unique(np.concatenate([self._remembered, *worst]))
         if len(self._remembered) > self.sizes.remembered:
             self._remembered = self.random.choice(self._remembered, self.sizes.remembered, replace=False)
@@ -238,7 +238,7 @@ class ProgramSearch:
         if not self._settled(current):
             current = copied(self.layout.exact)
             self.errors(current)
-        best, least = copied(current), self.cost(current)
+        best, lowest_cost = copied(current), self.cost(current)
         self._choose(best)
         done = checked = 0
         while done < tries:
@@ -256,16 +256,16 @@ class ProgramSearch:
                 self.statistics,
             )
             done += int(self.statistics[0]) - before
-            if self.cost(current) < least or done - checked >= self.sizes.unchecked:
+            if self.cost(current) < lowest_cost or done - checked >= self.sizes.unchecked:
                 checked = done
                 if self._settled(current):
-                    if self.cost(current) <= least:
-                        best, least = copied(current), self.cost(current)
+                    if self.cost(current) <= lowest_cost:
+                        best, lowest_cost = copied(current), self.cost(current)
                 else:
                     current = copied(best)
                     self.errors(current)
                 self._choose(current)
-            if not progress(least, best):
+            if not progress(lowest_cost, best):
                 break
         return best
 

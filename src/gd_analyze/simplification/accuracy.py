@@ -209,18 +209,19 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
     clauses = []
     for name, allowance in _TAKEN_INTO_ACCOUNT.items():
         level = by.all(name)
-        below = is_open & (accuracy.allowed < level)
-        if not below.any():
+        exceeded = is_open & (accuracy.allowed < level)
+        if not exceeded.any():
             continue
-        joint = int(np.argmin(np.where(below, accuracy.allowed / level, np.inf)))
+        joint = int(np.argmin(np.where(exceeded, accuracy.allowed / level, np.inf)))
         unit = arm.joints[joint].effort_unit
+        joints = named_joints((1 + np.flatnonzero(exceeded)).tolist(), arm.n_joints)
         clauses.append(
-            f"below the {name} at {named_joints((1 + np.flatnonzero(below)).tolist(), arm.n_joints)} (joint "
+            f"below the {name} at {joints} (joint "
             f"{joint + 1}: {amount(accuracy.allowed[joint], unit)}, {name} {amount(level[joint], unit)})"
         )
         # One entry for all joints is shorter, if they all state it.
         alike = len(set(entries)) == 1 and is_open.all() and np.isfinite(level).all()
-        wider = is_open if alike else below
+        wider = is_open if alike else exceeded
         entries = [(*entry, allowance) if w else entry for entry, w in zip(entries, wider, strict=True)]
         is_open &= ~wider
     if not clauses:

@@ -103,9 +103,9 @@ def _make_room(place: Path) -> None:
             status = path.lstat()
             entries.append((status.st_mtime, status.st_size, path))
     total = sum(size for _, size, _ in entries)
-    most = LARGEST_CACHE if total <= LARGEST_CACHE else LARGEST_CACHE // 2
+    allowed_size = LARGEST_CACHE if total <= LARGEST_CACHE else LARGEST_CACHE // 2
     for _, size, path in sorted(entries):
-        if total <= most:
+        if total <= allowed_size:
             return
         path.unlink(missing_ok=True)
         total -= size

@@ -200,19 +200,19 @@ def _swept(
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
     order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
-    within, beyond = 0, len(order) - max(MANY_TERMS, int(stays.sum()))
+    fewest_dropped, most_dropped = 0, len(order) - max(MANY_TERMS, int(stays.sum()))
     base = np.zeros((len(allowed), len(states)))
-    error = torques.together(states, order[:beyond]) / allowed[:, None]
+    error = torques.together(states, order[:most_dropped]) / allowed[:, None]
     if np.abs(error).max() <= SWEPT_ERROR_SHARE:
-        return np.sort(order[beyond:]), error
-    while beyond - within > 1:
-        middle = (within + beyond) // 2
-        error = base + torques.together(states, order[within:middle]) / allowed[:, None]
+        return np.sort(order[most_dropped:]), error
+    while most_dropped - fewest_dropped > 1:
+        middle = (fewest_dropped + most_dropped) // 2
+        error = base + torques.together(states, order[fewest_dropped:middle]) / allowed[:, None]
         if np.abs(error).max() <= SWEPT_ERROR_SHARE:
-            within, base = middle, error
+            fewest_dropped, base = middle, error
         else:
-            beyond = middle
-    return np.sort(order[within:]), base
+            most_dropped = middle
+    return np.sort(order[fewest_dropped:]), base
 
 
 def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:

@@ -122,17 +122,23 @@ class ExactForm:
         functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
         if self.arm.n_joints > _SETTINGS.identified_joints:
             return functions
-        least = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in functions), strict=True))
+        operations_known = dict(
+            zip(DYNAMICS_QUANTITIES, (program.count.total for program in functions), strict=True)
+        )
         numbers = Counter(term.quantity for term in self.torques)
-        few = {
+        of_few_terms = {
             quantity
-            for quantity in least
-            if numbers[quantity] < _SETTINGS.terms_per_operation * least[quantity]
+            for quantity in operations_known
+            if numbers[quantity] < _SETTINGS.terms_per_operation * operations_known[quantity]
         }
-        nested = functions_of_terms(self.velocities, self._torques_of(few), ROUGH)
+        nested = functions_of_terms(self.velocities, self._torques_of(of_few_terms), ROUGH)
         # Shared parts take time to find: only where nested sums come close.
         counts = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in nested), strict=True))
-        close = {quantity for quantity in few if counts[quantity] < _SETTINGS.nearly_known * least[quantity]}
+        close = {
+            quantity
+            for quantity in of_few_terms
+            if counts[quantity] < _SETTINGS.nearly_known * operations_known[quantity]
+        }
         shared = functions_of_terms(self.velocities, self._torques_of(close), _SHARING)
         return Functions(
             *(

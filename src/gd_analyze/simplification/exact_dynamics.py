@@ -182,10 +182,10 @@ class ExactDynamics:
         states, budget = self.states, Budget.of(budget)
         if not states.motions or states.weights is not None:
             return self
-        weights, most = np.ones_like(states.q), self.allowed(budget)
-        for motion, alone in self.by_motion.items():
-            needs = alone.peak_torque > 0.0
-            weights[motion.rows] = np.where(needs, np.maximum(most / alone.allowed(budget), 1.0), 1.0)
+        weights, allowed = np.ones_like(states.q), self.allowed(budget)
+        for motion, of_motion in self.by_motion.items():
+            needs = of_motion.peak_torque > 0.0
+            weights[motion.rows] = np.where(needs, np.maximum(allowed / of_motion.allowed(budget), 1.0), 1.0)
         return self.weighed(weights)
 
     def weighed(self, weights: FloatArray | None) -> ExactDynamics:
@@ -210,11 +210,11 @@ class ExactDynamics:
     def held(self, accuracy: Accuracy, torque: FloatArray) -> Accuracy:
         """State the error of a model with this torque, N m, shape (N, n), over all and along each motion."""
         weights, motions = self.states.weights, []
-        for motion, alone in self.by_motion.items():
+        for motion, of_motion in self.by_motion.items():
             allowed = accuracy.allowed / (1.0 if weights is None else weights[motion.first])
-            errors = alone.errors_of(torque[motion.rows])
+            errors = of_motion.errors_of(torque[motion.rows])
             stated = (motion.name, motion.fingerprint, motion.n_set_points)
-            motions.append(AlongMotion(*stated, allowed, errors, alone.uncertainty))
+            motions.append(AlongMotion(*stated, allowed, errors, of_motion.uncertainty))
         return replace(
             accuracy,
             errors=self.errors_of(torque),

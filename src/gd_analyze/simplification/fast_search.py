@@ -95,11 +95,11 @@ class FastSearch:
             self.stopped = "on request"
         return self._layout.program(self._last)
 
-    def _goes_on(self, least: float, program: Nodes) -> bool:
+    def _goes_on(self, lowest_cost: float, program: Nodes) -> bool:
         self._last = program
-        if self._progress is not None and least < self._least:
-            self._progress(round(self._least - least))
-            self._least = least
+        if self._progress is not None and lowest_cost < self._least:
+            self._progress(round(self._least - lowest_cost))
+            self._least = lowest_cost
         seconds = self.options.within
         if not self.stopped and seconds is not None and time.monotonic() - self._begin > seconds:
             self.stopped = f"after {seconds:g} s"

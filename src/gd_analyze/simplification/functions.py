@@ -53,8 +53,8 @@ def coriolis_centrifugal_program(program: Program, n: int) -> Program:
     """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
     along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
     trace = Trace()
-    twice = program_slopes(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
-    return Program.of(trace, [trace.multiply(0.5, x) for x in twice])
+    twice_h = program_slopes(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
+    return Program.of(trace, [trace.multiply(0.5, x) for x in twice_h])
 
 
 def gravity_loading_program(program: Program, n: int) -> Program:

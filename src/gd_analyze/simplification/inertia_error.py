@@ -86,8 +86,8 @@ class InertiaTerms:
             return None
         direction = np.einsum("nji,nj->ni", root, vectors[rows, :, worst])
         moving = direction @ self._to_absolute.T
-        twice = np.where(self._i == self._j, 1.0, 2.0)[:, None]
-        added = self._values * twice * moving[:, self._i].T * moving[:, self._j].T
+        multiplicity = np.where(self._i == self._j, 1.0, 2.0)[:, None]
+        added = self._values * multiplicity * moving[:, self._i].T * moving[:, self._j].T
         remainder = -reached - added[~selected].sum(axis=0)
         counts = np.abs(reached) > limit / 2
         return added * counts, remainder * counts

@@ -177,9 +177,9 @@ class SimplifiedModel:
     def operations_in_joint_velocities(self) -> int:
         """Multiplications and additions of its torques without absolute velocities."""
         n = self.arm.n_joints
-        alone = AbsoluteVelocities(tuple((joint,) for joint in range(n)), (1,) * n)
+        joint_velocities = AbsoluteVelocities(tuple((joint,) for joint in range(n)), (1,) * n)
         torques = self.form.velocities.in_joint_velocities(self.torques)
-        return torque_program(alone, torques, THOROUGH).count.total
+        return torque_program(joint_velocities, torques, THOROUGH).count.total
 
     @property
     def legend(self) -> Legend:

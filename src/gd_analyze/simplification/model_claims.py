@@ -106,15 +106,15 @@ def require_terms_computed(model: SimplifiedModel) -> None:
         rows = zip(stated.rows, runs.rows, strict=True)
         polynomials = (TrigonometricPolynomial.summed([a, -1.0 * b]).coefficients for a, b in rows)
         differences = np.array([float(np.abs(difference).max(initial=0.0)) for difference in polynomials])
-        same = _SETTINGS.equal_coefficients
+        tolerance = _SETTINGS.equal_coefficients
     except TooLongError:  # compared at random states
-        noise, same = np.zeros(n), _SETTINGS.equal_torques
-        differences, sizes = largest_difference(model.program, rewritten, model.arm.is_revolute, same)
+        noise, tolerance = np.zeros(n), _SETTINGS.equal_torques
+        differences, sizes = largest_difference(model.program, rewritten, model.arm.is_revolute, tolerance)
     # Nor may it cancel so much that a term could hide in its rounding.
-    fits = (differences <= same * sizes + noise) & (noise <= same * sizes.max())
+    fits = (differences <= tolerance * sizes + noise) & (noise <= tolerance * sizes.max())
     if not fits.all():
         joint = int(np.argmin(fits))
-        expected = f"joint {joint + 1} within {same * sizes[joint]:.3g} of its terms"
+        expected = f"joint {joint + 1} within {tolerance * sizes[joint]:.3g} of its terms"
         rounding = f", and rounding of {noise[joint]:.3g}" if noise[joint] else ""
         raise misfit(expected, f"{differences[joint]:.3g} apart{rounding}")
 
@@ -205,9 +205,9 @@ def _require_pieces(model: SimplifiedModel, stated: Proven) -> None:
     """Raise a ModelError for pieces of a tube that are empty, outside its box or thinner than its margin."""
     assert stated.pieces is not None  # as of every tube
     lower, upper = stated.pieces.swapaxes(0, 1)
-    least = np.array([stated.lower, -stated.velocity, -stated.acceleration])
-    most = np.array([stated.upper, stated.velocity, stated.acceleration])
-    is_inside = ((least <= lower) & (lower <= upper) & (upper <= most)).all(axis=(1, 2))
+    lowest = np.array([stated.lower, -stated.velocity, -stated.acceleration])
+    highest = np.array([stated.upper, stated.velocity, stated.acceleration])
+    is_inside = ((lowest <= lower) & (lower <= upper) & (upper <= highest)).all(axis=(1, 2))
     _require(
         model, "piece of certificate", is_inside, stated.certified, "a piece within the certificate's box"
     )

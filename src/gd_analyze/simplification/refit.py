@@ -87,12 +87,12 @@ class _Fit:
             self._deciding = np.argsort(-np.abs(theta @ columns - self._target))[: _SETTINGS.first_states]
         deciding = self._deciding[-_SETTINGS.most_continued_states :]
         while True:
-            theta, least = _smallest_largest(columns[:, deciding], self._target[deciding])
+            theta, smallest_error = _smallest_largest(columns[:, deciding], self._target[deciding])
             error = np.abs(theta @ columns - self._target)
-            if least > 1.0:  # beyond the budget at these states already
+            if smallest_error > 1.0:  # beyond the budget at these states already
                 break
             worst = np.argsort(-error, kind="stable")[: _SETTINGS.joining_states]
-            tolerated = least * (1.0 + _SETTINGS.solver_tolerance) + _SETTINGS.solver_tolerance
+            tolerated = smallest_error * (1.0 + _SETTINGS.solver_tolerance) + _SETTINGS.solver_tolerance
             fresh = np.setdiff1d(worst[error[worst] > tolerated], deciding)
             if not len(fresh):
                 break

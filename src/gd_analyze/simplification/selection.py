@@ -124,8 +124,8 @@ class Selection:
     def savings(self) -> FloatArray:
         """Operations that dropping each term alone saves, shape (K,)."""
         step, term = self.choice.users
-        alone = self.choice.weights[step] * (self.needed[step] == 1)
-        return np.bincount(term, weights=alone, minlength=len(self.choice)).astype(float)
+        sole_weights = self.choice.weights[step] * (self.needed[step] == 1)
+        return np.bincount(term, weights=sole_weights, minlength=len(self.choice)).astype(float)
 
     def drop(self, term: int) -> None:
         """Leave a term out."""

@@ -90,12 +90,12 @@ def _at_level(
     thinned = exact.thinned()
     assert isinstance(level, CandidateLevel)  # other levels take no number of operations
     quick = quick_count(thinned, level, allowed)
-    least = quick(_BY_OPERATIONS.unlimited_multiple)
-    if least > operations:
+    smallest_model = quick(_BY_OPERATIONS.unlimited_multiple)
+    if smallest_model > operations:
         raise UsageError(
             f"no model of level {level} takes so few operations",
             where="operations",
-            expected=f"{least} or more",
+            expected=f"{smallest_model} or more",
             found=str(operations),
             next_step="allow more, or take another level",
         )
@@ -130,9 +130,9 @@ def _within(
     # margin shrinks each time, so that the loop ends.
     sample, margin = exact.thinned(_BY_OPERATIONS.most_states), 1.0
     while True:
-        most = margin * allowed
-        outcome = selected_terms(sample, level, most, options, progress)
-        model = exactly(sample, level, most, str(budget))
+        limit = margin * allowed
+        outcome = selected_terms(sample, level, limit, options, progress)
+        model = exactly(sample, level, limit, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
         model = with_rewriting(model) if options.writing is THOROUGH else model

@@ -63,8 +63,8 @@ class TermRanking:
             joints = str(ranked.alone_joint), str(ranked.without_joint)
             rows.append([str(ranked.rank), symbol, term, shares[0], joints[0], shares[1], joints[1]])
         headings = ["", "in", "term", "alone, of peak torque", "joint", "without it and all below", "joint"]
-        more = self.total - len(rows)
-        return html_of("Terms ranked by torque", headings, rows, f"{more} more." if more else "")
+        not_shown = self.total - len(rows)
+        return html_of("Terms ranked by torque", headings, rows, f"{not_shown} more." if not_shown else "")
 
     @property
     def total(self) -> int:
@@ -119,32 +119,32 @@ def rank_terms(
     for k in order:
         error += effects[k]
         errors.append(np.abs(error).max(axis=1, initial=0.0))
-    alone = np.abs(effects).max(axis=2, initial=0.0)
+    largest_effect = np.abs(effects).max(axis=2, initial=0.0)
     limit = exact.uncertainty
     listed = list(all_terms.items())
     rows = []
     for rank, (k, without) in enumerate(zip(reversed(order), reversed(errors), strict=False), start=1):
-        joint, worst = int(alone[k].argmax()), int(without.argmax())
+        joint, worst = int(largest_effect[k].argmax()), int(without.argmax())
         term, weight = listed[chosen[k]]
         rows.append(
             RankedTerm(
                 rank=rank,
                 term=term,
                 weight=weight,
-                alone_torque=float(alone[k, joint] * whole[joint]),
+                alone_torque=float(largest_effect[k, joint] * whole[joint]),
                 alone_joint=joint + 1,
-                alone_share=float(alone[k, joint]),
+                alone_share=float(largest_effect[k, joint]),
                 without_share=float(without[worst]),
                 without_joint=worst + 1,
-                below_uncertainty=None if limit is None else bool((alone[k] * whole <= limit).all()),
+                below_uncertainty=None if limit is None else bool((largest_effect[k] * whole <= limit).all()),
             )
         )
     unlisted = len(all_terms) - len(rows), float(np.abs(unlisted_error).max(initial=0.0))
     if limit is None:
         return TermRanking(tuple(rows), None, 0, *unlisted)
-    beyond = (np.array(errors) * whole > limit).any(axis=1)
+    exceeds = (np.array(errors) * whole > limit).any(axis=1)
     # The first row is without any dropped term; unlisted terms may exceed it already.
-    may_go = max(int(beyond.argmax()) - 1, 0) if beyond.any() else len(errors) - 1
+    may_go = max(int(exceeds.argmax()) - 1, 0) if exceeds.any() else len(errors) - 1
     return TermRanking(tuple(rows), tuple(limit.tolist()), may_go, *unlisted)
 
 

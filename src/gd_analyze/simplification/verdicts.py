@@ -65,11 +65,11 @@ def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:
         parts = element.parts(quantities)
         # As in `rank`, round-off is not a part.
         noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
-        least = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
+        threshold_torque = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
         yield from (
             ElementPart(element, effect)
             for effect, values in zip(EFFECTS, parts, strict=True)
-            if np.abs(values).max() > least
+            if np.abs(values).max() > threshold_torque
         )
 
 
