@@ -179,7 +179,7 @@ def test_a_wrong_number_anywhere_is_caught(puma, pick_and_place, pick_and_place_
     values = spoiled[quantity].values
     # Twice the bound: what is left after the honest residual still exceeds it.
     values[(17, *(-1,) * (values.ndim - 1))] += 2 * bounds[quantity] if wrong == "one number" else np.nan
-    with pytest.raises(gd.GdAnalyzeError, match=f"{quantity} disagrees with Pinocchio"):
+    with pytest.raises(gd.GdAnalyzeError, match=f"{quantity} .*Pinocchio"):
         cross_check(puma, spoiled)
 
 

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics.drivetrain import (
-    Drivetrain,
-    coulomb_friction,
-    least_friction,
-    viscous_coefficients,
-)
-from gd_analyze.dynamics.forward_dynamics import joint_accelerations
+from gd_analyze.dynamics.drivetrain import coulomb_friction, least_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import Drive
+from gd_analyze.tables import joint_accelerations
+from gd_analyze.types import Drivetrain
 from strategies import random_states
 
 RATIOS = np.array([-62.6111, 107.815, -53.7063, 76.0364, 71.923, 76.686])
@@ -78,7 +74,7 @@ def test_a_prismatic_drive_is_in_newtons_and_kilograms():
 def test_impossible_drives_and_none(puma, two_link, swing):
     for coulomb in ((-0.1, -0.1), (0.1, 0.1)):
         drives = (dataclasses.replace(puma.drives[0], coulomb=coulomb), *puma.drives[1:])
-        with pytest.raises(ArmError, match="friction of joint waist would drive it"):
+        with pytest.raises(ArmError, match=r"friction .*waist"):
             viscous_coefficients(dataclasses.replace(puma, drives=drives))
     for use in (viscous_coefficients, lambda arm: gd.decompose(arm, swing, drives=True)):
         with pytest.raises(ArmError, match="describes no drives"):

@@ -11,12 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze import load_arm
-from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
-from gd_analyze.types import RobotArm
+from gd_analyze.tables import joint_accelerations
+from gd_analyze.types import Drivetrain, RobotArm
 from strategies import States, arms_with_states, examples, random_states
 
 EPS = float(np.finfo(float).eps)

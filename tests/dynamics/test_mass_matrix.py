@@ -44,7 +44,7 @@ def test_nothing_is_found_of_one_that_makes_it_indefinite(two_link, use):
     match = f"D is not positive definite.*link {two_link.links[1].name}"
     with pytest.raises(ArmError, match=match) as caught:
         use(below_zero(two_link, -0.5), "two-link-swing")
-    assert re.search(r"two_link\.toml, line \d+$", caught.value.details["where"])
+    assert re.search(r"two_link\.toml, line \d+", caught.value.details["where"])
     assert "-0.5, 0, 0.08333 kg m^2" in caught.value.details["found"]
 
 
@@ -65,7 +65,7 @@ def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
     drives = (Drive(), Drive(), Drive(0.1))
     arm = dataclasses.replace(two_link, joints=joints, links=links, drives=drives, dh_table=())
     require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=True)
-    with pytest.raises(ArmError, match=r"D is singular: joint 3 \(idle\) moves no mass") as caught:
+    with pytest.raises(ArmError, match=r"singular.* joint 3 \(idle\)") as caught:
         require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
     assert caught.value.details["where"].endswith("link nothing")
     assert "--lock idle=0" in caught.value.details["next"]

@@ -10,15 +10,13 @@ from scipy.special import ellipk
 
 from gd_analyze import decompose, load_arm
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
-from gd_analyze.dynamics.simulation import Integration, Simulation, simulate
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.tables import decompose_states
-from gd_analyze.types import RobotArm, States
+from gd_analyze.tables import decompose_states, simulate
+from gd_analyze.types import Drivetrain, Integration, RobotArm, Simulation, States
 from strategies import arms_with_states, examples
 
-DRIVEN = Drivetrain(inertia=True)
+DRIVEN, NO_DRIVES = Drivetrain(inertia=True), Drivetrain()
 
 
 def limp(n: int):

@@ -92,3 +92,9 @@ class TrueArm:
         torque, still = self.torque(states), np.zeros(self.arm.n_joints)
         recording = Recording(states.q, torque, torque, None, still, still)
         return Trajectory(time, *states.arrays, name=name, recording=recording)
+
+
+def with_torque(log: Trajectory, torque: FloatArray) -> Trajectory:
+    """The same readings with other torques, (N, n), as measured and as filtered."""
+    assert log.recording is not None
+    return replace(log, recording=replace(log.recording, torque=torque, torque_filtered=torque))

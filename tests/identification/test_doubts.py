@@ -22,7 +22,7 @@ from gd_analyze.robots.payload import with_payload
 from gd_analyze.studies.identification_result import identification_result
 from gd_analyze.tables import states_in_box
 from gd_analyze.types import Identification, States
-from logs_of_arms import TrueArm, fourier
+from logs_of_arms import TrueArm, fourier, with_torque
 from long_cases import long
 
 SECONDS, RATE = 16.0, 50.0
@@ -47,10 +47,6 @@ def quietly(arm, log, **how) -> Identification:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         return gd.identify(arm, log, **how)
-
-
-def with_torque(log: Trajectory, torque: FloatArray) -> Trajectory:
-    return replace(log, recording=replace(log.recording, torque=torque, torque_filtered=torque))
 
 
 def headline(found: Identification) -> str:

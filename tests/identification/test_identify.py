@@ -21,7 +21,7 @@ from gd_analyze.robots.parts import pseudo_inertia
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.tables import states_in_box
 from gd_analyze.types import Identification, States
-from logs_of_arms import TrueArm, fourier
+from logs_of_arms import TrueArm, fourier, with_torque
 from long_cases import long
 
 EPS = float(np.finfo(float).eps)
@@ -257,7 +257,7 @@ def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
         np.testing.assert_array_equal(gd.tables.torque_uncertainty(again, states), stated)
     broken = toml_of(found.arm).replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)
     (tmp_path / "arm.toml").write_text(broken)
-    with pytest.raises(gd.GdAnalyzeError, match="does not fit the arm"):
+    with pytest.raises(gd.GdAnalyzeError, match="spread"):
         gd.load_arm(tmp_path / "arm.toml")
 
 
@@ -282,10 +282,6 @@ def test_verdicts_are_as_sure_as_the_log(found, pick_and_place):
     np.testing.assert_allclose(sure.probability.sum("verdict"), 1.0)
     best = sure.over_motion.max("verdict")
     assert float(best.sel(element="D11")) > 0.99
-
-
-def with_torque(log: Trajectory, torque: FloatArray) -> Trajectory:
-    return replace(log, recording=replace(log.recording, torque=torque, torque_filtered=torque))
 
 
 def refused(arm, log: Trajectory, **more) -> UsageError:

@@ -143,7 +143,9 @@ def test_friction_is_no_torque_of_this_kind():
     trace = Trace()
     qd, qdd = (trace.inputs(name, 2)[:, 0] for name in ("qd", "qdd"))
     viscous = Program.of(trace, [qdd[0], 0.3 * qd[1]])
-    assert structure_fault(viscous) == "the torque of joint 2 is linear in velocities"
+    fault = structure_fault(viscous)
+    assert "joint 2" in fault
+    assert "linear" in fault
 
 
 def test_numbers_and_inputs_alone_are_torques():

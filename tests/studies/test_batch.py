@@ -17,7 +17,6 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze import batch
-from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.studies import batch as module
@@ -42,7 +41,7 @@ def test_the_table_holds_what_the_main_job_finds(two_link, swing, tmp_path):
     assert row.exact_operations == alone.model.operations_full.total
     assert [row.peak_torque_1, row.peak_torque_2] == alone.model.accuracy.errors.peak_torque.tolist()
     verdicts = dict(zip(alone.dominance.element.values, alone.dominance.verdict.values, strict=True))
-    assert {one.label: row[one.label] for one in elements(2)} == verdicts
+    assert {label: row[label] for label in verdicts} == verdicts
     model = gd.load_model(tmp_path / row.files / "model.json")
     states = swing.q, swing.qd, swing.qdd
     np.testing.assert_allclose(model.torque(*states), alone.model.torque(*states), rtol=1e-12)
@@ -133,7 +132,7 @@ def test_one_run_writes_in_a_folder_at_a_time(tmp_path, done):
     command = [sys.executable, "-c", words, str(tmp_path / RECORD)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as other:
         assert other.stdout.readline() == b"locked\n"
-        with pytest.raises(OutputError, match="another run writes there"):
+        with pytest.raises(OutputError, match="another run"):
             batch(ROWS[:1], tmp_path, formats=())
         other.kill()
     assert done == []
@@ -267,7 +266,8 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
     (tmp_path / "arm.toml").write_text(toml_of(two_link).replace("mass = 2.0", "mass = 2.1") + "\n")
     _, found, _ = module.analysed(by_path)
     assert found["state"] == "failed"
-    assert "differs on this worker" in found["error"]
+    assert "differs" in found["error"]
+    assert "arm.toml" in found["error"]
     assert module.analysed(travels)[1]["state"] == "done"
     log.unlink()
     assert module.analysed(travels)[1]["state"] == "done"
@@ -277,7 +277,8 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
 def test_a_fault_of_ours_is_the_row_s(monkeypatch):
     monkeypatch.setattr(module, "find", lambda *words, **more: 1 / 0)
     _, found, _ = module.analysed(module.BatchTask(ROWS[0], *batch_rows.row_inputs(ROWS[0], Path()), ()))
-    assert found == {"state": "failed", "error": "ZeroDivisionError: division by zero"}
+    assert found["state"] == "failed"
+    assert found["error"].startswith("ZeroDivisionError")
 
 
 @pytest.mark.slow

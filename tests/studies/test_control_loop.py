@@ -8,10 +8,6 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.dynamics.drivetrain import Drivetrain
-from gd_analyze.dynamics.forward_dynamics import joint_accelerations
-from gd_analyze.dynamics.simulation import Integration, simulate
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.payload import with_payload
@@ -20,8 +16,8 @@ from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
 from gd_analyze.studies.control_loop import Loop, ProgramDynamics, accelerations, follow
-from gd_analyze.tables import decompose_states, states_in_box
-from gd_analyze.types import States
+from gd_analyze.tables import decompose_states, joint_accelerations, simulate, states_in_box
+from gd_analyze.types import Drivetrain, Integration, States
 
 
 def world_of(model, motion, gains, **more) -> World:
@@ -76,7 +72,7 @@ def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_l
 
     def torque(t, q, qd):
         wanted, velocity, _ = reference.at(np.array(t), 3.0)
-        gravity = torque_of(two_link, States(q, np.zeros(2), np.zeros(2)))
+        gravity = two_link.gravity_loading(q)
         return diagonal * (400.0 * (wanted - q) + 40.0 * (velocity - qd)) + gravity
 
     how = Integration(set_points=2, rtol=1e-8)

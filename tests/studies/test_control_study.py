@@ -12,7 +12,6 @@ import pytest
 import gd_analyze as gd
 from changed_programs import fast_model
 from gd_analyze import Trajectory
-from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
 from gd_analyze.report.html import page_of
 from gd_analyze.studies import control_law as laws
@@ -81,10 +80,7 @@ def test_a_budget_for_the_tolerance_keeps_it_of_two_joints(two_link, swing, swin
 def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
     model = puma_study.model
     q = np.array(Reference.of(puma_study.motion).at(np.linspace(0.0, 2.4, 500))[0]).T
-    still = np.zeros_like(q)
-    missing = torque_of(
-        puma_study.arm, gd.types.States(q, still, still), drives=True
-    ) - model.gravity_loading(q)
+    missing = puma_study.arm.gravity_loading(q) - model.gravity_loading(q)
     expected = np.abs(missing).max(axis=0) / (400.0 * puma_study.diagonal)
     # The set points are among the study's instants, too.
     np.testing.assert_allclose(puma_study.at_rest, expected, rtol=1e-3, atol=1e-12)
@@ -105,7 +101,8 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
     assert narrow.tracks_up_to(WITHOUT_H, 200.0) is None
     assert good_enough(wide)
     assert not good_enough(narrow)
-    assert "Not even the exact model" in control_result(narrow).headline
+    headlines = [control_result(study).headline for study in (narrow, wide)]
+    assert ["exact model" in headline for headline in headlines] == [True, False]
 
 
 @pytest.mark.slow
@@ -131,7 +128,7 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
     settings = gd.types.ControlSettings(rates=(500.0,), speeds=(1.0,))
     study = gd.control(puma_study.model, motion, settings, warned=("odd",))
     assert study.feedback.is_enough
-    needed = np.abs(torque_of(study.arm, gd.tables.states_of(motion), drives=True)).max(axis=0)
+    needed = np.abs(study.arm.torque(motion.q, motion.qd, motion.qdd, drives=True)).max(axis=0)
     # Between the set points, 4 ms apart, the torque is a few percent larger.
     np.testing.assert_allclose(study.needed, needed, rtol=0.1)
     assert "times its limit" in study.warnings[0]
@@ -173,7 +170,7 @@ def test_velocities_that_disagree_with_positions_are_not_followed():
     q = np.column_stack([np.sin(time), np.cos(time)])
     right = Trajectory(time, q, np.column_stack([np.cos(time), -np.sin(time)]), -q, "right")
     assert followable(right) is right
-    with pytest.warns(GdAnalyzeWarning, match="wrong disagree with its positions"):
+    with pytest.warns(GdAnalyzeWarning, match=r"wrong .*positions"):
         fixed = followable(replace(right, qd=right.qd + 0.05, name="wrong"))
     # The quintic spline's error: h^4 of its second derivative.
     np.testing.assert_allclose(fixed.qdd, -q, atol=1e-4)
@@ -184,7 +181,7 @@ def test_what_does_not_fit(swing, swing_model, puma):
     for motion in (replace(swing, gaps=(10,)), single):
         with pytest.raises(TrajectoryError, match="motion"):
             gd.control(swing_model, motion)
-    with pytest.raises(ModelError, match="the model of two_link does not fit puma560"):
+    with pytest.raises(ModelError, match=r"two_link .*puma560"):
         gd.control(swing_model, swing, arm=puma)
     with pytest.raises(ArmError, match="describes no friction"):
         gd.control(swing_model, swing, gd.types.ControlSettings(friction=True))

@@ -9,7 +9,6 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.robots.parts import Placement
 from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import Reference
@@ -66,7 +65,7 @@ def test_columns_are_slopes_of_the_end_effectors_position(name):
 def test_no_torque_errors_within_the_budget_do_worse_and_some_as_badly(name, motion, words):
     """The right side of the loop times the integral of its impulse response, signs as bad as can be."""
     arm = gd.load_arm(name)
-    planned = trajectory_of(motion, arm)
+    planned = gd.read_trajectory(motion, arm)
     wanted = TrackingBudget.parse(f"tracking {words}")
     allowed = gd.tracking_budget(arm, planned, words)
     torques = np.array([entry[0].amount for entry in allowed.entries])
