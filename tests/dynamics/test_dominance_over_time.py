@@ -35,7 +35,7 @@ def by_the_text(arm: gd.types.RobotArm, motion: gd.Trajectory) -> dict[str, np.n
     return found
 
 
-@examples(100)
+@examples(50)
 @given(motions(max_joints=6, count=8, massive=True))
 def test_every_share_is_that_of_a_loop_over_the_texts_equations(case):
     arm, motion = case
@@ -94,7 +94,7 @@ WITHIN = {
 }
 
 
-@examples(60)
+@examples(30)
 @given(motions(max_joints=5, count=8), st.floats(1e-6, 0.5), st.booleans())
 def test_verdicts_over_the_motion_are_made_of_those_at_its_set_points(case, budget, driven):
     """Negligible over the motion is negligible at every set point, where the torque is at most its share."""
