@@ -165,7 +165,7 @@ def test_white_noise_is_left_as_the_closed_forms_say(rate, cutoff, rng):
         assert found == pytest.approx(np.sqrt(variance / rate), rel=0.06)
     cutoffs = np.full(60, cutoff)
     np.testing.assert_allclose(noise_of(noise, spline(time), 1 / rate, cutoffs), 1.0, rtol=0.2)
-    kept = noise_of(noise, spline(time), 1 / rate, cutoffs, left=True)
+    kept = noise_of(noise, spline(time), 1 / rate, cutoffs, remaining=True)
     assert kept.mean() == pytest.approx(spline(time).std(), rel=0.1)
     # An integral over half of the kernel: at an end 2.4 times the middle; 60 noises tell it within 40 %.
     deviations = spline.derivative(2)(time).std(axis=1)

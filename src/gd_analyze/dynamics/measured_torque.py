@@ -368,7 +368,7 @@ def _noise(trajectory: Trajectory, filtered: FloatArray) -> FloatArray:
     for joint, (raw, smooth) in enumerate(zip(recording.torque.T, filtered.T, strict=True)):
         is_known = np.isfinite(raw) & np.isfinite(smooth)
         if is_known.any():
-            out[joint] = noise_of(raw[is_known], smooth[is_known], step, fastest, left=True).item()
+            out[joint] = noise_of(raw[is_known], smooth[is_known], step, fastest, remaining=True).item()
     return out
 
 

@@ -23,15 +23,16 @@ if TYPE_CHECKING:
 
 Role = Literal["time", "unused"] | MotionRole
 
+# Degree of the smoothing spline.
 _DEGREE = 5
 # Knots of the smoothing spline per period of the cut-off frequency.
 _KNOTS_PER_PERIOD = 8
 # Most of its knots per reading.
 _KNOTS_PER_READING = 4
 # Below this many periods in a stretch the spline is a parabola for any cut-off.
-_PARABOLA = 0.05
+_FEWEST_PERIODS = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
-_GRAM = np.array([1, 26, 66, 26, 1]) / 120
+_SPLINE_PRODUCTS = np.array([1, 26, 66, 26, 1]) / 120
 
 
 @dataclass(frozen=True)
@@ -173,10 +174,10 @@ def _smoothed(sampled: Log, sampling: Sampling, treatment: Treatment, notes: tup
     q, qd, qdd = _smooth(sampling, sampled.q, cutoffs, (0, 1, 2))
     if from_velocities:
         qd, qdd = _smooth(sampling, source.values, cutoffs, (0, 1))
-    noise_qdd = source.left(cutoffs)
+    noise_qdd = source.remaining_noise(cutoffs)
     if sampled.qdd is not None:
         (qdd,) = _smooth(sampling, sampled.qdd, cutoffs, (0,))
-        noise_qdd = noise_of(sampled.qdd, qdd, sampling.step, cutoffs, left=True)
+        noise_qdd = noise_of(sampled.qdd, qdd, sampling.step, cutoffs, remaining=True)
     torque = None
     if sampled.torque is not None:
         # Noise of one joint's acceleration enters the torques of all.
@@ -239,7 +240,7 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
     from scipy.sparse import csr_array, diags_array
 
     span = float(time[-1] - time[0])
-    cutoff = max(cutoff, _PARABOLA / span)
+    cutoff = max(cutoff, _FEWEST_PERIODS / span)
     # Where readings are far apart, knots between them are useless.
     step = max(1 / (_KNOTS_PER_PERIOD * cutoff), span / (_KNOTS_PER_READING * len(time)))
     # One more than needed, so that rounding leaves no reading outside.
@@ -250,7 +251,7 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
     count = pieces + _DEGREE
     basis = BSpline.design_matrix(local, knots, _DEGREE)
     third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count))
-    gram = diags_array(_GRAM, offsets=[-2, -1, 0, 1, 2], shape=(count - 3, count - 3))
+    gram = diags_array(_SPLINE_PRODUCTS, offsets=[-2, -1, 0, 1, 2], shape=(count - 3, count - 3))
     # The third derivative is a quadratic spline of the third differences over step^3.
     rough = third.T @ (gram @ third) * (step ** (1 - 6) / (2 * math.pi * cutoff) ** 6)
     weight = span / (len(time) - 1)
@@ -265,13 +266,13 @@ def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.
 
 
 def noise_of(
-    readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, left: bool = False
+    readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, remaining: bool = False
 ) -> FloatArray:
     """Standard deviation of white noise in readings, shape (n,), from the part that smoothing removed.
 
-    H removes 1 - 7/18 w of the variance of white noise, and leaves 5/18 w, with w = 2 pi f_c dt. With `left`,
-    the noise left in the smoothed readings.
+    H removes 1 - 7/18 w of the variance of white noise, and leaves 5/18 w, with w = 2 pi f_c dt. With
+    `remaining`, the noise that remains in the smoothed readings.
     """
     removed = np.square(readings - smooth).mean(axis=0)
     passing = 2 * math.pi * cutoffs * step
-    return np.asarray(np.sqrt(removed / (1 - 7 / 18 * passing) * (5 / 18 * passing if left else 1.0)))
+    return np.asarray(np.sqrt(removed / (1 - 7 / 18 * passing) * (5 / 18 * passing if remaining else 1.0)))

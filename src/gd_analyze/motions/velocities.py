@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -15,43 +16,52 @@ from gd_analyze.text import LARGEST, named_joints
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
-# An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions of
-# any profile with up to four vias then show no contradiction.
-_LEFT_OUT = 3
-# Least number of set points compared.
-FEWEST_COMPARED = 8
-# Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
-# or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
-_MISSED = 0.25
-# Movements below this share of the largest movement of a joint are noise,
-_STILL_SHARE = 0.05
-# and so are those below this, rad or m (per s, s^2).
-_STILL = 1e-3
-# Tolerance of a known factor, relative to it.
-_NEAR = 0.1
-# Largest share of a movement that a factor may leave over.
-_LEFT_OVER = 0.2
 
-# Accelerations that change by more than half from one set point to the next are noise; those of planned
-# motions change by a fifth, those of real arms, derived from positions, threefold.
-_NOISE = 0.5
-# Least number of set points of a stretch that is judged.
-_FEWEST_JUDGED = 32
-# Number of windows of a long motion that are judged: mistakes affect the whole motion.
-_WINDOWS = 16
-# Set points of a window.
-_WINDOW = 8192
-# A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
-_FINE = 0.01
-# Number of largest changes left out as jumps,
-_JUMPS = 4
-# and one more per this many changes.
-_ROWS_PER_JUMP = 50
 
-# Set points of a block of the spline, and of its overlap at either side. The effect of a value on the spline
-# shrinks by 0.43 from each set point to the next: beyond the overlap 1e-47 of it remain.
-_BLOCK = 32_000
-_OVERLAP = 128
+@dataclass(frozen=True, kw_only=True)
+class VelocitySettings:
+    """Which velocities contradict positions, which accelerations are noise, and how a long spline is made."""
+
+    # Fewer set points are not compared.
+    fewest_compared: int = 8
+    # An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions
+    # of any profile with up to four vias then show no contradiction.
+    excluded_intervals: int = 3
+    # Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms,
+    # filtered or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
+    missed_share: float = 0.25
+    # Movements are noise below this share of the largest movement of a joint, and below this size, rad or m
+    # (per s, s^2).
+    still_share: float = 0.05
+    still_size: float = 1e-3
+    # Tolerance of a known factor, relative to it, and the largest share of a movement that it may not
+    # explain.
+    factor_tolerance: float = 0.1
+    unexplained_share: float = 0.2
+
+    # Accelerations are noise if the mean square of their changes exceeds this share of their own mean square.
+    # From one set point to the next those of planned motions change by a fifth, those of real arms, derived
+    # from positions, threefold.
+    noisy_change: float = 0.5
+    # Shorter stretches are not judged.
+    fewest_judged: int = 32
+    # A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
+    largest_bend: float = 0.01
+    # Number of largest changes that are left out as jumps, and one more per so many changes.
+    jumps: int = 4
+    changes_per_jump: int = 50
+
+    # A long motion is judged by so many windows of so many set points: mistakes affect the whole motion.
+    windows: int = 16
+    window_set_points: int = 8192
+
+    # Set points of a block of the spline, and of its overlap at either side. The effect of a value on the
+    # spline shrinks by 0.43 from each set point to the next: beyond the overlap 1e-47 of it remain.
+    block_set_points: int = 32_000
+    overlap_set_points: int = 128
+
+
+SETTINGS = VelocitySettings()
 
 # A joint that rests and whose position was computed at every set point differs in the last digit or two.
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
@@ -76,14 +86,13 @@ def _windows(
     arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
 ) -> tuple[tuple[Any, ...], Sequence[int]]:
     """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
-    count = len(arrays[0])
-    if count <= _WINDOWS * _WINDOW:
+    count, windows, length = len(arrays[0]), SETTINGS.windows, SETTINGS.window_set_points
+    if count <= windows * length:
         return arrays, gaps
-    starts = np.linspace(0, count - _WINDOW, _WINDOWS).astype(int)
-    rows = (starts[:, None] + np.arange(_WINDOW)).ravel()
-    window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)} | {
-        k * _WINDOW for k in range(1, _WINDOWS)
-    }
+    starts = np.linspace(0, count - length, windows).astype(int)
+    rows = (starts[:, None] + np.arange(length)).ravel()
+    window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)}
+    window_gaps |= {k * length for k in range(1, windows)}
     return tuple(None if x is None else x[rows] for x in arrays), sorted(window_gaps - {0, len(rows)})
 
 
@@ -96,7 +105,8 @@ def are_noise(
     differentiated noise, 0 for a smooth motion.
     """
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
-    parts = [slice(a, b) for a, b in pairwise([0, *gaps, len(time)]) if b - a >= _FEWEST_JUDGED]
+    ends = pairwise([0, *gaps, len(time)])
+    parts = [slice(start, end) for start, end in ends if end - start >= SETTINGS.fewest_judged]
     if qd is None:
         values, order = q, 2
     elif qdd is None:
@@ -111,14 +121,14 @@ def are_noise(
             instants = (instants[1:] + instants[:-1]) / 2
         derivatives.append(accelerations)
         bends.append(np.abs(np.diff(q[part], 2, axis=0)))
-    if not derivatives or np.median(np.concatenate(bends), axis=0).max() > _FINE:
+    if not derivatives or np.median(np.concatenate(bends), axis=0).max() > SETTINGS.largest_bend:
         return False
     changes = np.concatenate([np.diff(part, axis=0) for part in derivatives])
-    least = _JUMPS + len(changes) // _ROWS_PER_JUMP
+    jumps = SETTINGS.jumps + len(changes) // SETTINGS.changes_per_jump
     pair = (changes, np.concatenate(derivatives))
-    changed, size = (np.partition(np.square(x), -least, axis=0)[:-least].mean(axis=0) for x in pair)
-    moves = size > max(_STILL_SHARE**2 * float(size.max()), _STILL**2)
-    return bool((changed > _NOISE * size)[moves].any())
+    changed, size = (np.partition(np.square(x), -jumps, axis=0)[:-jumps].mean(axis=0) for x in pair)
+    moves = size > max(SETTINGS.still_share**2 * float(size.max()), SETTINGS.still_size**2)
+    return bool((changed > SETTINGS.noisy_change * size)[moves].any())
 
 
 def completed(
@@ -169,9 +179,10 @@ def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], 
     from scipy.interpolate import make_interp_spline
 
     count = len(time)
-    for start in range(0, count, _BLOCK):
-        end = min(start + _BLOCK, count)
-        begin, beyond = max(0, start - _OVERLAP), min(end + _OVERLAP, count)
+    block, overlap = SETTINGS.block_set_points, SETTINGS.overlap_set_points
+    for start in range(0, count, block):
+        end = min(start + block, count)
+        begin, beyond = max(0, start - overlap), min(end + overlap, count)
         instants = time[begin:beyond]
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             try:
@@ -194,7 +205,7 @@ def contradictions(
     derived: Sequence[str] = (),
 ) -> list[str]:
     """One line per likely mistake in given velocities, or else accelerations, that are not derivatives."""
-    if len(time) < FEWEST_COMPARED:
+    if len(time) < SETTINGS.fewest_compared:
         return []
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
     for name, integral, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
@@ -213,7 +224,7 @@ def contradictions(
 
 def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> bool:
     """Whether given velocities, in radians, show that positions are in degrees."""
-    if len(time) < FEWEST_COMPARED:
+    if len(time) < SETTINGS.fewest_compared:
         return False
     (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
     return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
@@ -225,7 +236,7 @@ def velocity_factors(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequ
     nan where a joint hardly moves, or where they are no multiple of the derivative.
     """
     out = np.full(q.shape[1], np.nan)
-    if len(time) < FEWEST_COMPARED:
+    if len(time) < SETTINGS.fewest_compared:
         return out
     (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
     moved, integrated, _ = _paths(time, q, qd, gaps)
@@ -243,13 +254,13 @@ def _contradicted(
     missed = np.ptp(moved - integrated, axis=0) - unsure
     return {
         int(joint): _factor(moved[:, joint], integrated[:, joint])
-        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > _MISSED * size))
+        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > SETTINGS.missed_share * size))
     }
 
 
 def _moves(moved: FloatArray, integrated: FloatArray) -> Array:
     size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    return np.asarray(size > max(_STILL, _STILL_SHARE * float(size.max())))
+    return np.asarray(size > max(SETTINGS.still_size, SETTINGS.still_share * float(size.max())))
 
 
 def _paths(
@@ -265,7 +276,7 @@ def _paths(
     unsure = steps * np.abs(np.diff(v, axis=0)) / 2
     for array in (changes, integrals, unsure):
         array[np.array(gaps, dtype=int) - 1] = 0.0
-    worst = np.argsort(np.abs(changes - integrals), axis=0)[-_LEFT_OUT:]
+    worst = np.argsort(np.abs(changes - integrals), axis=0)[-SETTINGS.excluded_intervals :]
     for array in (changes, integrals, unsure):
         np.put_along_axis(array, worst, 0.0, axis=0)
     start = np.zeros((1, x.shape[1]))
@@ -279,7 +290,7 @@ def _slope(moved: FloatArray, integrated: FloatArray) -> float:
     if not a.any():
         return np.nan
     factor = float(a @ b / (a @ a))
-    return factor if np.ptp(b - factor * a) <= _LEFT_OVER * np.ptp(b) else np.nan
+    return factor if np.ptp(b - factor * a) <= SETTINGS.unexplained_share * np.ptp(b) else np.nan
 
 
 def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
@@ -287,6 +298,7 @@ def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
     if not np.ptp(integrated):
         return 0.0
     factor = _slope(moved, integrated)
-    return next(
-        (candidate for candidate in _MEANING if candidate and abs(factor / candidate - 1) < _NEAR), None
-    )
+    for candidate in _MEANING:
+        if candidate and abs(factor / candidate - 1) < SETTINGS.factor_tolerance:
+            return candidate
+    return None
