@@ -26,18 +26,26 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 # Joints without limits may turn several times, but numbers beyond two turns are rarely radians.
 MANY_TURNS = 4 * math.pi
-# Motions of more than this, rad or m, are not creeping.
-_MOVES = 0.1
-# Velocities up to this share of the limits are usual.
-_USUAL = 1.5
-# An arm stands still if its joints keep within this many standard deviations of their noise.
-_STILL = 6.0
-# Shortest time step of logs, s: 10 kHz.
-_FASTEST = 1e-4
-# Longest time step of logs, s: 10 Hz.
-_SLOWEST = 0.1
 # Units of time, per s.
 _UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlausibilitySettings:
+    """When a motion is suspected to have time in another unit, or none at all."""
+
+    # Only joints that move by more than this, rad or m, show their velocities.
+    moving_span: float = 0.1
+    # Velocities up to this share of the limits are usual.
+    usual_velocity_share: float = 1.5
+    # Steps of logs, 10 kHz to 10 Hz, by which a unit of time is suggested.
+    shortest_step_seconds: float = 1e-4
+    longest_step_seconds: float = 0.1
+    # An arm stands still if its joints keep within this many standard deviations of their noise.
+    still_deviations: float = 6.0
+
+
+PLAUSIBILITY = PlausibilitySettings()
 
 LimitedQuantity = Literal["position", "velocity", "acceleration"]
 
@@ -202,22 +210,28 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         messages.append(message)
     # Velocities derived from positions and instants that would be usual in another unit of time.
     span = high - low
-    moving = span > _MOVES
+    moving = span > PLAUSIBILITY.moving_span
     limits = arm.limits("velocity_limit")[moving]
     if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
         share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
         period = float(np.median(np.diff(trajectory.time)))
-        usual = [unit for unit, per_second in _UNITS.items() if 0.0 < per_second * share <= _USUAL]
-        # A controller's rate is better evidence than the arm's velocity limits.
-        units = [
-            unit for unit, per_second in _UNITS.items() if _FASTEST <= period / per_second <= _SLOWEST
-        ] or usual
-        if usual:
+        usual_by_velocity, usual_by_step = [], []
+        for unit, per_second in _UNITS.items():
+            if 0.0 < per_second * share <= PLAUSIBILITY.usual_velocity_share:
+                usual_by_velocity.append(unit)
+            step = period / per_second
+            if PLAUSIBILITY.shortest_step_seconds <= step <= PLAUSIBILITY.longest_step_seconds:
+                usual_by_step.append(unit)
+        if usual_by_velocity:
+            # A controller's rate is better evidence than the arm's velocity limits.
+            unit = (usual_by_step or usual_by_velocity)[0]
             slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
-            messages.append(f"{slow}; if it is in {units[0]}, give --time-unit {units[0]}")
+            messages.append(f"{slow}; if it is in {unit}, give --time-unit {unit}")
     recording = trajectory.recording
-    if smooth and recording is not None and (span <= _STILL * recording.noise_q + ROUNDING).all():
-        messages.append("no joint moves by more than its noise: the arm stands still")
+    if smooth and recording is not None:
+        noise_span = PLAUSIBILITY.still_deviations * recording.noise_q + ROUNDING
+        if (span <= noise_span).all():
+            messages.append("no joint moves by more than its noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     messages += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in messages:

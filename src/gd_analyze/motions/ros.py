@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -27,14 +28,24 @@ _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
-_REPORTED_EVERY = 1000
-_LARGEST_YAML = 400_000_000
-# A message takes 35 times as much memory as its text.
-_LARGEST_MESSAGE = 30_000_000
-# Messages nest five deep.
-_DEEPEST = 50
 _BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
 _INTEGER = re.compile(r"[0-9]{1,19}")
+# Messages of a bag after which progress is reported again.
+_MESSAGES_PER_REPORT = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class EchoLimits:
+    """Sizes beyond which echoed messages are refused."""
+
+    largest_file_bytes: int = 400_000_000
+    # A message takes 35 times as much memory as its text.
+    largest_message_characters: int = 30_000_000
+    # Messages nest five deep.
+    deepest_nesting: int = 50
+
+
+ECHO_LIMITS = EchoLimits()
 
 
 def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
@@ -54,7 +65,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
                 (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
                 for connection, received, raw in reader.messages(connections=chosen)
             )
-            table = _gathered(path, messages, commanded, lambda done: progress(done, total))
+            table = _gathered(path, messages, commanded, lambda count: progress(count, total))
             progress(total, total)
             return table
     except TrajectoryError:
@@ -100,9 +111,9 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
 
 def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
     """Read echoed messages with `---` between them."""
-    data = read_at_most(path, _LARGEST_YAML)
+    data = read_at_most(path, ECHO_LIMITS.largest_file_bytes)
     if data is None:
-        raise _too_large(Location(path), _LARGEST_YAML)
+        raise _too_large(Location(path), ECHO_LIMITS.largest_file_bytes)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -122,16 +133,16 @@ def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]
     for end, following in [*ends, (len(text), len(text))]:
         document = text[begin:end]
         where = Location(path, line + 1)
-        if len(document) > _LARGEST_MESSAGE:
-            raise _too_large(where, _LARGEST_MESSAGE)
+        if len(document) > ECHO_LIMITS.largest_message_characters:
+            raise _too_large(where, ECHO_LIMITS.largest_message_characters)
         try:
             depth = 0
             # Building a document nested deeper than any message would exhaust the stack.
             for event in yaml.parse(document, Loader=yaml.CSafeLoader):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
-                if depth > _DEEPEST:
-                    raise ValueError(f"lists or maps nested more than {_DEEPEST} deep")
+                if depth > ECHO_LIMITS.deepest_nesting:
+                    raise ValueError(f"lists or maps nested more than {ECHO_LIMITS.deepest_nesting} deep")
             message = yaml.load(document, Loader=yaml.CSafeLoader)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark
@@ -233,7 +244,7 @@ def _gathered(
     path: str | Path,
     messages: Iterable[tuple[Any, str | None, int]],
     commanded: bool = False,
-    report: Callable[[int], None] = lambda done: None,
+    report: Callable[[int], None] = lambda count: None,
 ) -> ArrayTable:
     """Rows of messages, each with its kind, if known, and time of arrival, ns; nan for missing joints.
 
@@ -243,13 +254,13 @@ def _gathered(
     stamps: list[int] = []
     arrivals: list[int] = []
     plans: list[int] = []  # points of each JointTrajectory
-    for done, (message, kind, received) in enumerate(messages):
+    for number, (message, kind, received) in enumerate(messages):
         try:
             kind = kind or _kind_of(message)
             stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
             rows = list(_rows_of(message, kind))
         except (ValueError, TypeError, AttributeError, OverflowError) as error:
-            raise ValueError(f"in message {done + 1}, {error}") from None
+            raise ValueError(f"in message {number + 1}, {error}") from None
         if kind == _TRAJECTORY:
             plans.append(len(rows))
         for later, values in rows:
@@ -259,8 +270,8 @@ def _gathered(
                 column.append(value)
             stamps.append(stamp + later)
             arrivals.append(received + later)
-        if not done % _REPORTED_EVERY:
-            report(done)
+        if not number % _MESSAGES_PER_REPORT:
+            report(number)
     if not columns:
         expected = "messages with names and positions of joints"
         content = f"{len(stamps)} messages without numbers" if stamps else "no message"

@@ -17,23 +17,31 @@ from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import named_joints, significant
 
-# Least readings of a stretch that is kept: fewer do not show accelerations.
-FEWEST = 16
-# A gap is longer than this many usual steps of the log,
-_GAP_STEPS = 5.0
-# and longer than a pause of a slow logger, s.
-_GAP = 0.05
-# Stamps closer than this share of the usual step are equal.
-SAME = 0.01
-# Share of equal stamps that causes a warning.
-_MANY_SAME = 0.01
-# A step of this many usual ones lacks a reading.
-LONG = 1.5
-# Times that start beyond this, s, are dates.
-_DATE = 1e6
 _TURN = 2 * math.pi
-# A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
-_NEAR = math.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class SamplingSettings:
+    """Which rows of a log are set points, and where a motion is cut."""
+
+    # Shorter stretches of readings are left out: they do not show accelerations.
+    fewest_readings: int = 16
+    # A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger.
+    gap_steps: float = 5.0
+    gap_seconds: float = 0.05
+    # A step of this many usual ones lacks a reading.
+    missing_reading_steps: float = 1.5
+    # Stamps closer than this share of the usual step are equal, and a larger share of equal stamps is warned
+    # of.
+    equal_stamp_step_share: float = 0.01
+    warned_equal_share: float = 0.01
+    # Times that start beyond this are dates.
+    date_seconds: float = 1e6
+    # A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
+    turn_tolerance: float = math.pi / 2
+
+
+SAMPLING = SamplingSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +57,12 @@ class Sampling:
     @property
     def stretches(self) -> list[slice]:
         """Set points of each stretch."""
-        return [slice(a, b) for a, b in pairwise([0, *self.gaps, len(self.time)])]
+        return [slice(start, end) for start, end in pairwise([0, *self.gaps, len(self.time)])]
 
 
 def longest_step(step: float) -> float:
     """Longest time between two readings that is not a gap, by the usual one, s."""
-    return max(_GAP_STEPS * step, _GAP)
+    return max(SAMPLING.gap_steps * step, SAMPLING.gap_seconds)
 
 
 def sampling_of(
@@ -73,17 +81,18 @@ def sampling_of(
     if not (forward > 0).any():
         raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
     step = float(np.median(forward[forward > 0]))
-    gap = longest_step(step) if gap is None else max(gap, LONG * step)
+    gap = longest_step(step) if gap is None else max(gap, SAMPLING.missing_reading_steps * step)
     rows, times = _in_order(rows, times, gap, notes)
-    same = int((np.diff(times) <= SAME * step).sum())
+    equal = SAMPLING.equal_stamp_step_share * step
+    same = int((np.diff(times) <= equal).sum())
     times = _apart(times, q[rows], step)
     # Of equal stamps the last is kept: a message sent again is the newest.
-    is_kept = np.append(np.diff(times) > SAME * step, True)
+    is_kept = np.append(np.diff(times) > equal, True)
     if same:
         left_out = int((~is_kept).sum())
         remedy = f"put between their neighbours: {same - left_out}, left out: {left_out}"
         notes.append(f"rows with the stamp of the next one, {remedy}")
-        if same > _MANY_SAME * len(rows):
+        if same > SAMPLING.warned_equal_share * len(rows):
             message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {remedy}"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
     rows, times = rows[is_kept], times[is_kept]
@@ -104,7 +113,7 @@ def sampling_of(
     times = times[is_kept]
     since = times - times[0]
     # If stamps are dates, unless this loses digits that distinguish them.
-    if abs(times[0]) > _DATE and (np.diff(since) > 0).all():
+    if abs(times[0]) > SAMPLING.date_seconds and (np.diff(since) > 0).all():
         notes.append("time counts from the first reading")
         times = since
     return Sampling(rows[is_kept], times, gaps, step, tuple(notes))
@@ -118,7 +127,7 @@ def _in_order(
     parts = np.split(times, begins[1:])
     spans = sorted((float(part.min()), float(part.max())) for part in parts)
     overlap = any(after[0] <= before[1] for before, after in pairwise(spans))
-    if len(parts) > 1 and overlap and len(parts) * FEWEST <= len(times):
+    if len(parts) > 1 and overlap and len(parts) * SAMPLING.fewest_readings <= len(times):
         moved, end = [], -np.inf
         for part in parts:
             moved.append(part + max(0.0, end + 2 * gap - float(part.min())))
@@ -138,10 +147,11 @@ def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
     """Give rows that move but share a stamp distinct instants, where a step is missing beside them."""
     times, steps = times.copy(), np.diff(times)
     moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
-    for k in np.flatnonzero((steps[1:-1] <= SAME * step) & moves[1:-1]) + 1:
-        if steps[k - 1] >= LONG * step:
+    equal, missing = SAMPLING.equal_stamp_step_share * step, SAMPLING.missing_reading_steps * step
+    for k in np.flatnonzero((steps[1:-1] <= equal) & moves[1:-1]) + 1:
+        if steps[k - 1] >= missing:
             times[k] = (times[k - 1] + times[k + 1]) / 2
-        elif steps[k + 1] >= LONG * step:
+        elif steps[k + 1] >= missing:
             times[k + 1] = (times[k] + times[k + 2]) / 2
     return times
 
@@ -164,7 +174,7 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
         for stretch in stretches:
             steps = np.diff(out[stretch, i])
             turns = np.round(steps / _TURN)
-            turns[np.abs(steps - _TURN * turns) > _NEAR] = 0.0
+            turns[np.abs(steps - _TURN * turns) > SAMPLING.turn_tolerance] = 0.0
             if turns.any():
                 jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
                 out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)

@@ -33,16 +33,6 @@ from gd_analyze.motions.trajectory import GAP
 from gd_analyze.motions.words import is_of_set_points, unit_in_words
 from gd_analyze.text import LARGEST, in_python, number_in
 
-_BLOCK = 2_000_000  # bytes read at once
-# Rows of numbers grow by one in so many when they are full.
-_GROWTH = 8
-_HEAD_BYTES = 1_000_000
-# Number of first lines by which a file's layout is judged.
-_JUDGED = 8
-# Column names in robots' logs, topics included, are shorter.
-_LONGEST_NAME = 200
-# Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
-_EXACT_ENOUGH = 1e6
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
 _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
 EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
@@ -53,6 +43,26 @@ _PANDAS = dict.fromkeys((".xlsx", ".xls", ".ods"), "read_excel") | {
     **{".feather": "read_feather", ".orc": "read_orc", ".dta": "read_stata"}
 }
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextSettings:
+    """How much of a text table is held at once, and by what its layout is judged."""
+
+    # Bytes of the beginning, where layout and names are found, and of a block of rows.
+    head_bytes: int = 1_000_000
+    block_bytes: int = 2_000_000
+    # The array of numbers, when it is full, grows by its rows over this.
+    growth_divisor: int = 8
+    # First rows by which delimiters are judged.
+    judged_rows: int = 8
+    # Column names in robots' logs, topics included, are shorter, and so are numbers.
+    longest_name: int = 200
+    # Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
+    largest_exact_instant: float = 1e6
+
+
+TEXT = TextSettings()
 
 
 @dataclass(frozen=True)
@@ -72,7 +82,7 @@ class TextLayout:
 
 def is_number(cell: str) -> bool:
     """Whether a cell holds a number, with a point or a comma."""
-    short = len(cell) <= _LONGEST_NAME  # on many digits and a letter the expressions take quadratic time
+    short = len(cell) <= TEXT.longest_name  # on many digits and a letter the expressions take quadratic time
     return short and (number_in(cell) is not None or bool(_WITH_COMMA.fullmatch(cell.strip())))
 
 
@@ -100,7 +110,7 @@ def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
         step = "check the recording; `gd-analyze plan --help` shows how to make a trajectory"
         raise refusal("the file is empty", Location(path), expected, content, step)
     # The delimiter occurs equally often in every line; so may a decimal comma, which is tried last.
-    judged = [line for _, line in rows[:_JUDGED]]
+    judged = [line for _, line in rows[: TEXT.judged_rows]]
     even = (sign for sign in "\t;," if len({line.count(sign) for line in judged}) == 1 and sign in judged[0])
     most = max("\t;,", key=judged[0].count)
     delimiter = next(even, most if most in judged[0] else " ")
@@ -158,9 +168,9 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
 def refuse_long_names(names: Sequence[str], where: Location) -> None:
     """Raise a TrajectoryError if a name is too long for a column."""
     for column, name in enumerate(names, start=1):
-        if len(name) > _LONGEST_NAME:
+        if len(name) > TEXT.longest_name:
             message, place = f"name {column} is far too long", Location(where.path, where.line, column)
-            expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
+            expected = f"a name such as time or q1, up to {TEXT.longest_name} characters"
             raise refusal(message, place, expected, in_python(name), "check that the file is a log")
 
 
@@ -198,14 +208,14 @@ class TextTable(LogTable):
     def __init__(self, path: str | Path, data: bytes | None = None, names: tuple[str, ...] = ()) -> None:
         self.path, self.data = path, data
         with self._opened() as file:
-            head = file.read(_HEAD_BYTES)
+            head = file.read(TEXT.head_bytes)
         self._refuse_binary(head)
         try:
             text = head.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = head.decode("latin-1")
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-        self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
+        self.first_lines = lines if len(head) < TEXT.head_bytes else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names = names or self.layout.names
         self.set_points = not names and any(self.names) and all(map(is_of_set_points, self.names))
@@ -294,7 +304,8 @@ class TextTable(LogTable):
                     raise wrong[min(wrong)]
                 if rows + len(frame) > len(values):
                     # Grown in place: joining all blocks in the end would hold a long log twice.
-                    values.resize((rows + len(frame) + rows // _GROWTH, len(numbers)), refcheck=False)
+                    grown = rows + len(frame) + rows // TEXT.growth_divisor
+                    values.resize((grown, len(numbers)), refcheck=False)
                 if numbers:
                     values[rows : rows + len(frame)] = frame[list(numbers)].to_numpy(dtype=float)
                 for text, column in zip(texts, stamps, strict=True):
@@ -413,7 +424,8 @@ class TextTable(LogTable):
         texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in stripped]
         values = np.array([float(text) for text in texts])
         finite = values[np.isfinite(values)]
-        if not finite.size or np.abs(finite).max() < _EXACT_ENOUGH or np.abs(finite).max() > 2.0**62:
+        largest = np.abs(finite).max(initial=0.0)
+        if largest < TEXT.largest_exact_instant or largest > 2.0**62:
             return Stamps(0, values)
         try:
             base = int(finite[0])
@@ -425,12 +437,12 @@ class TextTable(LogTable):
     def _blocks(self, progress: Progress) -> Iterator[_Block]:
         """The rows, some megabytes at a time, split between lines."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
-        number, done, tail = 1, 0, b""
+        number, read_bytes, tail = 1, 0, b""
         with self._opened() as file:
             while True:
-                piece = file.read(_BLOCK)
-                done += len(piece)
-                progress(done, max(size, done))
+                piece = file.read(TEXT.block_bytes)
+                read_bytes += len(piece)
+                progress(read_bytes, max(size, read_bytes))
                 data = tail + piece
                 cut = data.rfind(b"\n") + 1 if piece else len(data)
                 tail = data[cut:]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from gd_analyze.motions.columns import Choice
 from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.logged import ColumnUse, Log
 from gd_analyze.motions.reading import ROLES, Reading, refusal
-from gd_analyze.motions.sampling import LONG, SAME, longest_step
+from gd_analyze.motions.sampling import SAMPLING, longest_step
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import units_of
@@ -24,23 +25,46 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 from gd_analyze.units import TIME_UNITS
 
-# Instants from 1990 to 2100, in s since 1970.
-_EPOCH = (6.3e8, 4.2e9)
-# Longer steps may be set points in s, or readings in ms, us or ns.
-_LONGEST = 0.5
-# Time steps of robots' logs, s: 10 kHz to 1 Hz.
-_STEPS = (1e-4, 1.0)
-# Garbage is a few rows long; more in a row are another motion.
-_FEW = 3
-# A position's ordinary step is this quantile of its steps.
-_ORDINARY_SHARE = 0.99
-# A jump is longer than this many ordinary steps,
-_JUMP_STEPS = 30.0
-# and faster than this, per s: ten times as fast as arms move.
-_FASTEST = 30.0
 _TURN = 2 * math.pi
 # Most lines listed in a message.
-_MOST_LISTED = 20
+_MOST_LISTED_LINES = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimeUnitSettings:
+    """How the unit of a log's time is inferred from its numbers."""
+
+    # Instants since 1970 that are dates: from 1990 to 2100.
+    earliest_date_seconds: float = 6.3e8
+    latest_date_seconds: float = 4.2e9
+    # Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in
+    # ms, us or ns.
+    longest_step_in_seconds: float = 0.5
+    # Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
+    shortest_likely_step_seconds: float = 1e-4
+    longest_likely_step_seconds: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class StraySettings:
+    """Which instants and positions are garbage that jumps away from the rows around and back."""
+
+    # Garbage is a few rows long; more in a row are another motion.
+    most_rows: int = 3
+    # A position's ordinary step is this quantile of its steps.
+    ordinary_step_quantile: float = 0.99
+    # A jump is longer than this many ordinary steps, and faster than this, per s: ten times as fast as arms
+    # move.
+    jump_ordinary_steps: float = 30.0
+    jump_speed: float = 30.0
+    # A position has returned if it is nearer to where it was than this share of the jump.
+    returned_share: float = 0.1
+    # A step of fewer turns may be an angle that wraps at the end of its range.
+    most_wrapped_turns: float = 1.5
+
+
+TIME_UNIT = TimeUnitSettings()
+STRAY = StraySettings()
 
 
 def log_of(
@@ -181,10 +205,11 @@ def _in_seconds(
     stamp = stamps[0]
     values, first = stamp.offsets - _first(stamp.offsets), stamp.base + _first(stamp.offsets)
     # The unit by the column's name or by its first instant, since 1970.
-    dated_units = (
-        unit_name for unit_name, size in TIME_UNITS.items() if _EPOCH[0] <= abs(first) * size <= _EPOCH[1]
-    )
-    stated = next(((unit_name, "since 1970") for unit_name in dated_units), None)
+    stated: tuple[str, str] | None = None
+    for unit_name, size in TIME_UNITS.items():
+        if TIME_UNIT.earliest_date_seconds <= abs(first) * size <= TIME_UNIT.latest_date_seconds:
+            stated = unit_name, "since 1970"
+            break
     if chosen.unit in TIME_UNITS:
         stated = chosen.unit, chosen.why
     if rate is not None:
@@ -206,9 +231,10 @@ def _in_seconds(
         content = f"whole numbers in steps of {step:g}"
         remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
         raise refusal(message, where, "time in s, or the sample rate", content, remedy)
-    if step <= _LONGEST:
+    if step <= TIME_UNIT.longest_step_in_seconds:
         return values, "s", "no unit stated"
-    likely = next((unit for unit, size in TIME_UNITS.items() if _STEPS[0] <= step * size < _STEPS[1]), "s")
+    shortest, longest = TIME_UNIT.shortest_likely_step_seconds, TIME_UNIT.longest_likely_step_seconds
+    likely = next((unit for unit, size in TIME_UNITS.items() if shortest <= step * size < longest), "s")
     expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
     next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
     raise refusal(f"the unit of {name} is unknown", where, expected, content, next_step)
@@ -236,7 +262,7 @@ def _jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, s
     """
     rows = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[rows])
-    if len(rows) <= 2 * _FEW or not (steps > 0).any():
+    if len(rows) <= 2 * STRAY.most_rows or not (steps > 0).any():
         return {}
     step = float(np.median(steps[steps > 0]))
     gap = longest_step(step)
@@ -256,14 +282,14 @@ def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> l
     """At most three rows in a row whose stamps fit neither side, where the two sides fit each other."""
     begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
     lengths = np.diff(np.append(begins, len(time)))
-    is_long = np.repeat(lengths > _FEW, lengths)
+    is_long = np.repeat(lengths > STRAY.most_rows, lengths)
     if not is_long.any():
         return []
     good = np.sort(time[is_long])
     span = float(good[-1] - good[0])
     strays: list[int] = []
     for first, end in _runs(~is_long):
-        if end - first > _FEW:
+        if end - first > STRAY.most_rows:
             continue
         if first == 0 or end == len(time):
             inner = time[end] if first == 0 else time[first - 1]
@@ -283,30 +309,31 @@ def _is_late(
     at = int(np.searchsorted(good, time[k]))
     if not 0 < at < len(good):
         return False
-    if good[at] - good[at - 1] >= LONG * step:
+    if good[at] - good[at - 1] >= SAMPLING.missing_reading_steps * step:
         return True
-    alike = is_long & (np.abs(time - time[k]) <= SAME * step)
+    alike = is_long & (np.abs(time - time[k]) <= SAMPLING.equal_stamp_step_share * step)
     return bool((q[alike] == q[k]).all(axis=1).any())
 
 
 def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
     """At most three readings in a row that are far from those on both sides, which are near each other."""
-    if len(x) <= 2 * _FEW:
+    if len(x) <= 2 * STRAY.most_rows:
         return []
     steps, seconds = np.diff(x), np.diff(time)
-    ordinary = float(np.quantile(np.abs(steps), _ORDINARY_SHARE))
+    ordinary = float(np.quantile(np.abs(steps), STRAY.ordinary_step_quantile))
     if revolute:
         # An angle at the end of its range wraps there and back.
         remainders = steps - _TURN * np.round(steps / _TURN)
-        steps = np.where(
-            (np.abs(steps) < 1.5 * _TURN) & (np.abs(remainders) <= _JUMP_STEPS * ordinary), remainders, steps
-        )
+        is_near = np.abs(steps) < STRAY.most_wrapped_turns * _TURN
+        wraps = is_near & (np.abs(remainders) <= STRAY.jump_ordinary_steps * ordinary)
+        steps = np.where(wraps, remainders, steps)
     is_adjacent = (seconds > 0) & (seconds <= gap)
-    jumps = is_adjacent & (np.abs(steps) > np.maximum(_JUMP_STEPS * ordinary, _FASTEST * seconds))
+    least_jumps = np.maximum(STRAY.jump_ordinary_steps * ordinary, STRAY.jump_speed * seconds)
+    jumps = is_adjacent & (np.abs(steps) > least_jumps)
     at, strays = np.flatnonzero(jumps), list[int]()
     for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-        is_short = back - out <= _FEW and is_adjacent[out:back].all()
-        has_returned = abs(steps[out : back + 1].sum()) <= 0.1 * abs(steps[out])
+        is_short = back - out <= STRAY.most_rows and is_adjacent[out:back].all()
+        has_returned = abs(steps[out : back + 1].sum()) <= STRAY.returned_share * abs(steps[out])
         if is_short and has_returned and steps[out] * steps[back] < 0:
             strays += range(out + 1, back + 1)
     return strays
@@ -325,7 +352,7 @@ def _require_sound(
     rows = sorted({*wrong, *jumping})
     if not rows:
         return
-    lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED + 1]), len(rows))
+    lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED_LINES + 1]), len(rows))
     first = rows[0]
     if drop:
         omission = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
@@ -346,5 +373,7 @@ def _require_sound(
 
 
 def _listed_lines(lines: Sequence[int], count: int) -> str:
-    numbers = ", ".join(map(str, lines[:_MOST_LISTED]))
-    return f"line{'s' if count > 1 else ''} {numbers}" + (f", ... ({count})" if count > _MOST_LISTED else "")
+    numbers = ", ".join(map(str, lines[:_MOST_LISTED_LINES]))
+    return f"line{'s' if count > 1 else ''} {numbers}" + (
+        f", ... ({count})" if count > _MOST_LISTED_LINES else ""
+    )
