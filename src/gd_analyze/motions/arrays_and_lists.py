@@ -25,9 +25,10 @@ from gd_analyze.motions.table import ArrayTable
 from gd_analyze.motions.text import EMPTY, TextTable
 from gd_analyze.text import in_python, json_fault, number_in
 
-_LARGEST = 1_000_000_000
+# Of arrays and of files of arrays, in bytes.
+_LARGEST_ARRAYS_BYTES = 1_000_000_000
 # Python's objects take ten times as much memory as their text.
-_LARGEST_JSON = 200_000_000
+_LARGEST_JSON_BYTES = 200_000_000
 # Joins the names of nested tables.
 _BELOW = "/"
 _IS_LIST = re.compile(r"\s*[\[(].*[\])]\s*", re.DOTALL)
@@ -42,7 +43,9 @@ def read_numpy(path: Path) -> ArrayTable:
     with _reading(path, "NumPy's file", with_pickles):
         if path.suffix.lower() == ".npz":
             with zipfile.ZipFile(path) as file:
-                _require_size(path, sum(member.file_size for member in file.infolist()), _LARGEST)
+                _require_size(
+                    path, sum(member.file_size for member in file.infolist()), _LARGEST_ARRAYS_BYTES
+                )
             with np.load(path, allow_pickle=False) as archive:
                 return _table_of_arrays(path, {name: archive[name] for name in archive.files})
         array = np.load(path, allow_pickle=False)
@@ -60,14 +63,14 @@ def read_matlab(path: Path) -> ArrayTable:
     import scipy.io
 
     with _reading(path, "MATLAB's file", "arrays or structures, saved with save('log.mat', ...)"):
-        _require_size(path, path.stat().st_size, _LARGEST)
+        _require_size(path, path.stat().st_size, _LARGEST_ARRAYS_BYTES)
         if not h5py.is_hdf5(path):
             return _table_of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
         arrays: dict[str, Any] = {}  # version 7.3
 
         def take(name: str, node: object) -> None:
             if isinstance(node, h5py.Dataset) and node.dtype.kind in "iuf" and not name.startswith("#"):
-                _require_size(path, node.nbytes, _LARGEST)
+                _require_size(path, node.nbytes, _LARGEST_ARRAYS_BYTES)
                 arrays[name] = node[()]
 
         with h5py.File(path) as file:
@@ -147,9 +150,9 @@ def begins_json(begin: bytes) -> bool:
 
 def read_json(path: Path, data: bytes | None) -> ArrayTable:
     """Read JSON: an object per line, a list of objects, or one object of arrays."""
-    text = read_at_most(path, _LARGEST_JSON) if data is None else data
-    if text is None or len(text) > _LARGEST_JSON:
-        _require_size(path, _LARGEST_JSON + 1, _LARGEST_JSON)
+    text = read_at_most(path, _LARGEST_JSON_BYTES) if data is None else data
+    if text is None or len(text) > _LARGEST_JSON_BYTES:
+        _require_size(path, _LARGEST_JSON_BYTES + 1, _LARGEST_JSON_BYTES)
     lines = (text or b"").decode("utf-8-sig", errors="replace").splitlines()
     numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
     if len(numbered) > 1 and not isinstance(_parsed(path, *numbered[0]), TrajectoryError):

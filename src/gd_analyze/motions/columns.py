@@ -34,7 +34,7 @@ _ORDER = {"measured": 0, "plain": 1, "target": 2}
 _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _TIMED = ("time", "sec", "nanosec", "index")
 # Most names listed in a message.
-_MOST = 12
+_MOST_LISTED_NAMES = 12
 
 
 @dataclass(frozen=True)
@@ -258,8 +258,8 @@ def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
 def _listed(names: Sequence[str]) -> str:
     """Names as one line of a message; only the first of many."""
     names = [name for name in names if name]
-    first = ", ".join(names[:_MOST]) or "columns without names"
-    return first if len(names) <= _MOST else f"{first}, ... ({len(names)})"
+    first = ", ".join(names[:_MOST_LISTED_NAMES]) or "columns without names"
+    return first if len(names) <= _MOST_LISTED_NAMES else f"{first}, ... ({len(names)})"
 
 
 def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:

@@ -18,8 +18,8 @@ from gd_analyze.units import Quantity
 
 _COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
-# Longest lag, s: a later torque is another motion's.
-_LONGEST = 10.0
+# A torque that lags more is another motion's.
+_LONGEST_LAG_SECONDS = 10.0
 
 
 @dataclass(frozen=True)
@@ -178,11 +178,11 @@ def _offset(word: str) -> tuple[str, float]:
 def _lag(lag: str | float) -> float:
     # A text needs a unit: a number alone could be rows of the log.
     quantity = Quantity.parse(lag) if isinstance(lag, str) else Quantity(float(lag), "time")
-    if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= _LONGEST:
+    if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= _LONGEST_LAG_SECONDS:
         raise UsageError(
             "this is no lag",
             where="--lag",
-            expected=f"up to {_LONGEST:g} s, with the unit: 4ms, -0.01s",
+            expected=f"up to {_LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s",
             found=in_python(lag),
         )
     return quantity.si

@@ -37,7 +37,7 @@ _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
 # Suffixes of text files in a folder that may be motions.
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
 # Limit for a pipe; a million set points of seven joints with all digits take 0.45 GB.
-_LARGEST_STREAM = 1_000_000_000
+_LARGEST_STREAM_BYTES = 1_000_000_000
 # Positions, and what may be their derivatives.
 _DERIVATIVES = ("q", "qd", "qdd")
 
@@ -95,7 +95,7 @@ def _stream(path: Path | None) -> bytes:
     """All bytes of a pipe, or of standard input."""
     name = path or Path("standard input")
     try:
-        data = read_at_most(path or sys.stdin.buffer, _LARGEST_STREAM)
+        data = read_at_most(path or sys.stdin.buffer, _LARGEST_STREAM_BYTES)
     except (FileNotFoundError, ValueError):
         shipped_files = shipped_trajectories()
         near = difflib.get_close_matches(name.stem, shipped_files, n=1)
@@ -106,7 +106,10 @@ def _stream(path: Path | None) -> bytes:
     except OSError as error:
         raise _unreadable(name, error) from None
     if data is None:
-        expected, step = f"up to {megabytes(_LARGEST_STREAM)}", "write fewer set points, or split the motion"
+        expected, step = (
+            f"up to {megabytes(_LARGEST_STREAM_BYTES)}",
+            "write fewer set points, or split the motion",
+        )
         raise refusal("the trajectory is too large to be read", Location(name), expected, "more", step)
     return data
 

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 # A file of a million set points of six joints takes 300 MB; no motion needs more.
 _MOST_SET_POINTS = 1_000_000
-# s. No arm moves in less, and its powers stay within doubles.
-_SHORTEST = 1e-6
+# No arm moves in less, and its powers stay within doubles.
+_SHORTEST_SECONDS = 1e-6
 # Extremes that are zero are computed with round-off.
-_ZERO = 1e-12
+_ROUND_OFF = 1e-12
 _REACHED = ("lowest", "highest", "velocity", "acceleration")
 _LIMITS = ("lower", "upper", "velocity_limit", "acceleration_limit")
 _PAIRS = (
@@ -74,8 +74,8 @@ class Schedule:
             message = f"there is no profile {self.profile!r}"
             raise refusal(message, "profile", ", ".join(PROFILES), self.profile)
         duration = array_of(self.duration, "duration", TrajectoryError)
-        if duration.ndim or not _SHORTEST <= duration <= LARGEST:
-            expected, value = f"a number from {_SHORTEST:g} s to {LARGEST:g} s", str(duration)
+        if duration.ndim or not _SHORTEST_SECONDS <= duration <= LARGEST:
+            expected, value = f"a number from {_SHORTEST_SECONDS:g} s to {LARGEST:g} s", str(duration)
             raise refusal("the duration is out of range", "duration", expected, value)
         if not 2 <= self.n_set_points <= _MOST_SET_POINTS:
             expected, value = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
@@ -313,4 +313,4 @@ def _cell(value: float | None, unit: str) -> str:
     if value is None:
         return "?"
     scale = math.degrees(1.0) if unit == "°" else 1.0
-    return f"{value * scale if abs(value) > _ZERO else 0.0:.3g}"
+    return f"{value * scale if abs(value) > _ROUND_OFF else 0.0:.3g}"

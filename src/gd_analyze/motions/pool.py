@@ -26,13 +26,13 @@ GivenMotions = GivenMotion | Sequence[GivenMotion]
 Read = Callable[[str | Path, RobotArm], Trajectory]
 
 # Most motions spelt out in a pool's name.
-_SPELT_OUT = 3
-# Largest length of a pool's name, as it also names a folder.
-_LONGEST = 80
+_MOST_NAMED_MOTIONS = 3
+# Characters of a pool's name, which also names a folder.
+_LONGEST_NAME = 80
 # Pause between two motions, as a share of their mean duration.
-_PAUSE = 0.1
-# Pause between two motions that are single instants, s.
-_STILL = 1.0
+_PAUSE_SHARE = 0.1
+# Pause between two motions that are single instants.
+_PAUSE_OF_INSTANTS_SECONDS = 1.0
 
 
 def trajectory_of(sources: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> Trajectory:
@@ -102,7 +102,7 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
         return parts[0]
     names = [motion.name for motion in parts]
     mean = float(np.mean([motion.time[-1] - motion.time[0] for motion in parts]))
-    pause = float(f"{_PAUSE * mean:.1g}") or _STILL
+    pause = float(f"{_PAUSE_SHARE * mean:.1g}") or _PAUSE_OF_INSTANTS_SECONDS
     clocks: list[FloatArray] = []
     for motion in parts:
         start = float(clocks[-1][-1]) + pause if clocks else 0.0
@@ -112,7 +112,7 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     inner_gaps = {first + row for first, motion in zip(begins, parts, strict=True) for row in motion.gaps}
     sources = {motion.derivatives_from for motion in parts}
     joined_names = "+".join(names)
-    if len(names) > _SPELT_OUT or len(joined_names) > _LONGEST:
+    if len(names) > _MOST_NAMED_MOTIONS or len(joined_names) > _LONGEST_NAME:
         joined_names = f"{names[0]}+{len(names) - 1}-more"
     q, qd, qdd = (
         np.concatenate([getattr(motion, quantity) for motion in parts]) for quantity in ("q", "qd", "qdd")

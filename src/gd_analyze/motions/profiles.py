@@ -20,7 +20,7 @@ LIFT_OFF_TIME = 0.25
 LIFT_OFF_SHARE = 53 / 512
 
 # [FGL87] chapter 4: position, velocity and acceleration are prescribed at start and goal, and continuous.
-_PRESCRIBED = 3
+_PRESCRIBED_ORDERS = 3
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,14 @@ def _three_segments(degrees: tuple[int, int, int], times: FloatArray, knots: Flo
 
     moved = knots - knots[0]
     still = np.zeros(knots.shape[1])
-    for order in range(_PRESCRIBED):
+    for order in range(_PRESCRIBED_ORDERS):
         rows += [derivative(0, 0.0, order, widths[0]), derivative(2, 1.0, order, widths[2])]
         values += [still, moved[3] if order == 0 else still]
     for left, right in ((0, 1), (1, 2)):
         unit = min(widths[left], widths[right])
         rows += [derivative(left, 1.0, 0, unit), derivative(right, 0.0, 0, unit)]
         values += [moved[right], moved[right]]
-        for order in range(1, _PRESCRIBED):
+        for order in range(1, _PRESCRIBED_ORDERS):
             rows.append(derivative(left, 1.0, order, unit) - derivative(right, 0.0, order, unit))
             values.append(still)
     solved = np.linalg.solve(np.array(rows), np.array(values))

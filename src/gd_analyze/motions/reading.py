@@ -16,6 +16,7 @@ MotionRole = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[MotionRole, ...] = ("q", "qd", "qdd", "torque")
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
+# Columns that one range q1..qN names, at most.
 _MOST_COLUMNS = 10_000
 
 

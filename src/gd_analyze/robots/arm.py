@@ -187,9 +187,9 @@ class RobotArm:
         is_number = word.isascii() and word.isdigit() and 1 <= int(word[:9]) <= self.n_joints
         return int(word) - 1 if is_number else None
 
-    def counts_drives(self, asked: bool | None = None) -> bool:
-        """Whether to include the drives' inertia: as asked, or else if the arm describes any."""
-        return any(drive.inertia > 0.0 for drive in self.drives) if asked is None else asked
+    def counts_drives(self, drives: bool | None = None) -> bool:
+        """Whether to include the drives' inertia: as `drives` says, or else if the arm describes any."""
+        return any(drive.inertia > 0.0 for drive in self.drives) if drives is None else drives
 
     @cached_property
     def drive_inertia(self) -> FloatArray:

@@ -38,7 +38,7 @@ from gd_analyze.robots.text_file import UNIT_SUFFIXES, TableLines, parsed_toml, 
 from gd_analyze.text import in_python
 
 # Bytes of a thousand joints with their links and drives.
-_LARGEST_FILE = 1_000_000
+_LARGEST_FILE_BYTES = 1_000_000
 _EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
 
@@ -243,7 +243,7 @@ def read_drives(path: str | Path) -> tuple[Drive, ...]:
 
 def text_of_arm_file(path: Path) -> str:
     """Text of an arm file; ArmError if it cannot be read, is not text, or is too long."""
-    return read_text(path, "arm file", _LARGEST_FILE)
+    return read_text(path, "arm file", _LARGEST_FILE_BYTES)
 
 
 def _table(table: Mapping[str, Any], keys: Mapping[str, Key], place: Place) -> dict[str, Any]:

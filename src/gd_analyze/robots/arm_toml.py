@@ -21,8 +21,8 @@ from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.robots.text_file import UNIT_SUFFIXES
 
-# Most digits of an angle in degrees as a person would write it.
-_SHORT = 6
+# Most decimals of an angle in degrees as a person would write it.
+_MOST_DECIMALS = 6
 _DEGREE = UNIT_SUFFIXES["_deg"]
 
 
@@ -89,7 +89,7 @@ def _in_degrees(angle: float) -> float | None:
     """The same angle, to the last bit, in degrees with few digits; None if there is none."""
     if not math.isfinite(angle):
         return angle
-    rounded = (round(math.degrees(angle), digits) for digits in range(_SHORT + 1))
+    rounded = (round(math.degrees(angle), digits) for digits in range(_MOST_DECIMALS + 1))
     return next((degrees for degrees in rounded if degrees * _DEGREE == angle), None)
 
 
@@ -128,7 +128,10 @@ def _turn(rotation: FloatArray, prefix: str) -> dict[str, Any]:
     unset, angles = {f"{prefix}rpy": None, f"{prefix}rotation": None}, angles_of(rotation)
     if _same(rotation, np.eye(3)):
         return unset
-    short = ([round(math.degrees(a), digits) * _DEGREE + 0.0 for a in angles] for digits in range(_SHORT + 1))
+    short = (
+        [round(math.degrees(a), digits) * _DEGREE + 0.0 for a in angles]
+        for digits in range(_MOST_DECIMALS + 1)
+    )
     matches = (rpy for rpy in (*short, list(angles)) if _same(roll_pitch_yaw(*rpy), rotation))
     rpy = next(matches, None)
     return unset | ({f"{prefix}rotation": rotation} if rpy is None else {f"{prefix}rpy": rpy})

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
@@ -23,15 +24,40 @@ PlacedFindings = Iterator[tuple[str, str]]
 
 # Mass below which a link counts as massless, kg.
 NO_MASS = 1e-6
-# Factors by which centres of mass must be nearer in another reading.
-_ALL = 0.75  # all of an arm's; makers' files have 0.94 at least
-_OF_FEW = 0.5  # all of a chain of fewer than five joints; makers' files have 0.76 at least
-_ONE = 0.5  # one of an arm's; makers' files have 0.64 at least
-_SHIFTED = 0.5  # those of shifted inertials; makers' files have 0.65 at least
-# Distance from its line, in reaches, that says nothing.
-_NEAR = 0.01
-# Distance of a centre of mass from its link's frame, in reaches, from which on they count as apart.
-_APART = 0.08
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySettings:
+    """From when on masses, centres of mass and inertias are suspected."""
+
+    # Another reading is suspected if it brings centres of mass nearer to their lines by these factors: all of
+    # an arm's (makers' files have 0.94 at least), all of a chain of fewer than five joints (0.76), one of an
+    # arm's (0.64), those of inertials shifted by a link (0.65).
+    factor_of_all: float = 0.75
+    factor_of_few: float = 0.5
+    factor_of_one: float = 0.5
+    factor_of_shifted: float = 0.5
+    # Readings within this factor of the least misfit are told together.
+    as_good_factor: float = 1.2
+    # Distance from its line, in reaches, that says nothing.
+    near_reaches: float = 0.01
+
+    # A centre of mass and its link's frame are apart from this distance on, in reaches.
+    apart_reaches: float = 0.08
+    # About its frame, a link's second moment along the centre of mass is at most this factor times m c^2,
+    largest_moment_ratio: float = 2.5
+    # and what m c c^T leaves over is not negative, but for this share: inertias have three digits.
+    moment_tolerance: float = 1e-3
+
+    # Density of the median link, kg/m^3, from which on inertias are too small. Makers' files have 20 to 2000,
+    # and 3e4 times more in g m^2; beyond the largest another check tells of masses in grams.
+    least_suspect_density: float = 2e5
+    largest_suspect_density: float = 1e8
+    # Share of its neighbours' masses below which a link near the end may have been swapped.
+    swapped_mass_share: float = 0.3
+
+
+BODIES = BodySettings()
 
 
 def described_links(arm: RobotArm) -> list[tuple[str, Link]]:
@@ -66,7 +92,7 @@ def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
         return
     distances = _distances([link.com for _, link in links], lines)
     readings = {name: _distances(places, lines) for name, places in _readings(arm).items()}
-    factor = _ALL if arm.n_joints >= 5 else _OF_FEW
+    factor = BODIES.factor_of_all if arm.n_joints >= 5 else BODIES.factor_of_few
     if names := _nearest(readings, heavy, arm, factor * _misfit(distances[heavy], arm)):
         distance, new_distance = (number(_rms(x[heavy])) for x in (distances, readings[names[0]]))
         text = f"the centres of mass are {distance} m off the lines between the joints"
@@ -77,14 +103,13 @@ def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
         of_one_link = {
             name: np.where(np.arange(len(distances)) == k, read, distances) for name, read in readings.items()
         }
-        if names := _nearest(of_one_link, heavy, arm, _ONE * _misfit(distances[heavy], arm)):
+        below = BODIES.factor_of_one * _misfit(distances[heavy], arm)
+        if names := _nearest(of_one_link, heavy, arm, below):
             place, link = links[k]
             distance, new_distance = number(distances[k]), number(readings[names[0]][k])
             text = f"the centre of mass of link {link.name} is {distance} m off the line between its joints"
-            yield (
-                place,
-                f"{text}, {new_distance} m if it is {' or '.join(names)}; check its frame and its signs",
-            )
+            reading = f"{new_distance} m if it is {' or '.join(names)}"
+            yield place, f"{text}, {reading}; check its frame and its signs"
 
 
 def inertials_of_other_links(arm: RobotArm) -> PlacedFindings:
@@ -93,15 +118,15 @@ def inertials_of_other_links(arm: RobotArm) -> PlacedFindings:
     if arm.n_joints < 5 or any(link.mass < NO_MASS for link in links) or arm.reach <= 0.0:
         return
     coms = [link.com for link in links]
-    own_distances = _distances(coms[:-1], lines)
+    distances = _distances(coms[:-1], lines)
     neighbours = {
-        "after": (_distances(coms[:-2], lines[1:]), own_distances[1:]),
-        "before": (_distances(coms[1:], lines), own_distances),
+        "after": (_distances(coms[:-2], lines[1:]), distances[1:]),
+        "before": (_distances(coms[1:], lines), distances),
     }
     shares = {name: _misfit(read, arm) / _misfit(stated, arm) for name, (read, stated) in neighbours.items()}
     neighbour = min(shares, key=lambda name: shares[name])
-    if shares[neighbour] < _SHIFTED:
-        new_distance, distance = (number(_rms(distances)) for distances in neighbours[neighbour])
+    if shares[neighbour] < BODIES.factor_of_shifted:
+        new_distance, distance = (number(_rms(values)) for values in neighbours[neighbour])
         text = f"the centres of mass are {distance} m off the lines between the joints"
         reading = f"{new_distance} m if each belongs to the link {neighbour} its own"
         yield f"arm {arm.name}", f"{text}, {reading}; is every inertial shifted by one link?"
@@ -116,26 +141,26 @@ def inertias_about_the_joints(arm: RobotArm) -> PlacedFindings:
     ratios, smallest_shares = [], []
     for _, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
-        if link.mass >= NO_MASS and distance > _APART * arm.reach:
+        if link.mass >= NO_MASS and distance > BODIES.apart_reaches * arm.reach:
             along, of_point = link.com / distance, link.mass * distance**2
             moment = second_moment(link.inertia_com)
             smallest = np.linalg.eigvalsh(moment - of_point * np.outer(along, along))[0]
             ratios.append(float(along @ moment @ along) / of_point)
             smallest_shares.append(float(smallest) / of_point)
-    if (
-        len(smallest_shares) >= 2 and min(smallest_shares) > -1e-3 and max(ratios) < 2.5
-    ):  # with inertias of three digits
-        text = f"the inertias of all {len(smallest_shares)} links with a centre of mass off their frame"
+    if len(ratios) < 2:
+        return
+    if min(smallest_shares) > -BODIES.moment_tolerance and max(ratios) < BODIES.largest_moment_ratio:
+        text = f"the inertias of all {len(ratios)} links with a centre of mass off their frame"
         yield f"arm {arm.name}", f"{text} are as large as about the frame; are they about the centre of mass?"
 
 
 def inertias_too_small(arm: RobotArm) -> PlacedFindings:
-    """Half of the links denser than 2e5 kg/m^3; makers' files have 20 to 2000, 3e4 times more in g m^2."""
+    """Inertias in g m^2: half of the links are far denser than in makers' files."""
     densities = [ball_density(link) for _, link in described_links(arm) if weighs(link) and not link.is_point]
     if len(densities) < 3:
         return
     median = float(np.median(densities))
-    if 2e5 < median < 1e8:
+    if BODIES.least_suspect_density < median < BODIES.largest_suspect_density:
         text = f"with these inertias half of the links are denser than {median:.0e} kg/m^3 (steel: 7900)"
         yield f"arm {arm.name}", f"{text}; are they in kg m^2, and the masses in kg?"
 
@@ -146,7 +171,7 @@ def lighter_than_its_neighbours(arm: RobotArm) -> PlacedFindings:
     if arm.n_joints < 5 or masses[-3] < NO_MASS:
         return
     around = (masses[-4], masses[-2], masses[-1])
-    if masses[-3] < 0.3 * min(around):
+    if masses[-3] < BODIES.swapped_mass_share * min(around):
         place, link = described_links(arm)[-3]
         text = f"link {link.name} has {number(link.mass)} kg, less than a third of the links around it"
         yield place, f"{text} ({', '.join(map(number, around))} kg); are two links swapped?"
@@ -173,15 +198,17 @@ def _rms(distances: FloatArray) -> float:
 
 
 def _misfit(distances: FloatArray, arm: RobotArm) -> float:
-    """Root mean square of distances in reaches, each at least about `_NEAR`."""
-    return math.hypot(_rms(distances) / arm.reach, _NEAR)
+    """Root mean square of distances in reaches, each at least about the distance that says nothing."""
+    return math.hypot(_rms(distances) / arm.reach, BODIES.near_reaches)
 
 
 def _nearest(readings: Mapping[str, FloatArray], heavy: FloatArray, arm: RobotArm, below: float) -> list[str]:
     """Names of the readings with about the least misfit, if it is below a bound."""
     misfits = {name: _misfit(read[heavy], arm) for name, read in readings.items()}
     least = min(misfits.values())
-    return [name for name, misfit in misfits.items() if misfit <= 1.2 * least] if least < below else []
+    if least >= below:
+        return []
+    return [name for name, misfit in misfits.items() if misfit <= BODIES.as_good_factor * least]
 
 
 def _readings(arm: RobotArm) -> dict[str, list[FloatArray]]:

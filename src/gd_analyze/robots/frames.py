@@ -18,9 +18,9 @@ from gd_analyze.robots.parts import DHRow, JointKind, Placement
 # 1.5708 is 3.7e-6 rad off pi/2, 3.1416 is 7.3e-6 off pi; no joint is assembled that exactly.
 RIGHT = 1e-5
 # 3.14 is 1.6e-3 rad off pi. Real joints may be misaligned as much, so this is only suspected.
-_SUSPECT = 2e-3
+_SUSPECT_RIGHT_ANGLE = 2e-3
 # No dimension of an arm is known to nanometres.
-_NO_LENGTH = 1e-9
+_NEGLIGIBLE_METRES = 1e-9
 # Residue of a zero after a dozen products of rotations with entries up to 1: over 50 round-offs.
 _ROUND_OFF = 1e-12
 
@@ -110,7 +110,11 @@ class RightAngles:
             if deviation > 8 * np.finfo(float).eps * max(1.0, abs(near)):
                 _note(self.angles, link, deviation)
             return repr(near * quarter)
-        if near and deviation <= _SUSPECT and deviation * turn / (2 * math.pi) <= 10.0 ** -_decimals(text):
+        if (
+            near
+            and deviation <= _SUSPECT_RIGHT_ANGLE
+            and deviation * turn / (2 * math.pi) <= 10.0 ** -_decimals(text)
+        ):
             doubt = (
                 f"{place}: an angle of {text} is {deviation:.1g} rad off a right angle and used as written; "
                 f"if {near * quarter:.6g} is meant, give six digits"
@@ -120,7 +124,7 @@ class RightAngles:
 
     def length(self, text: str, link: str) -> str:
         """A coordinate as written; "0" below a nanometre."""
-        if not 0 < abs(float(text)) < _NO_LENGTH:
+        if not 0 < abs(float(text)) < _NEGLIGIBLE_METRES:
             return text
         _note(self.lengths, link, abs(float(text)))
         return "0"
@@ -139,7 +143,7 @@ class RightAngles:
         """A rotation with exact zeros, made orthonormal; `words` are its numbers as written."""
         cleaned = straight(rotation, RIGHT)
         deviation, digits = float(np.abs(rotation - np.round(rotation)).max()), min(map(_decimals, words))
-        if RIGHT < deviation <= min(_SUSPECT, 4 * 10.0**-digits):
+        if RIGHT < deviation <= min(_SUSPECT_RIGHT_ANGLE, 4 * 10.0**-digits):
             doubt = (
                 f"a rotation of {' '.join(words)} is {deviation:.1g} off a right angle and used as written"
             )
@@ -156,7 +160,7 @@ class RightAngles:
         sentences = []
         for changes, sentence, unit in (
             (self.angles, f"Angles within {RIGHT:g} rad of a right angle are made right", "rad"),
-            (self.lengths, f"Lengths below {_NO_LENGTH:g} m are set to 0", "m"),
+            (self.lengths, f"Lengths below {_NEGLIGIBLE_METRES:g} m are set to 0", "m"),
         ):
             of_links = {link: change for link, change in changes.items() if link in links}
             if of_links:

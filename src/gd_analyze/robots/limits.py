@@ -23,7 +23,7 @@ from gd_analyze.units import UNITS, Quantity
 GivenLimits = Mapping[str, float] | Sequence[str] | str | Path | None
 
 # MoveIt writes 0.2 kB per joint.
-_LARGEST_FILE = 200_000
+_LARGEST_FILE_BYTES = 200_000
 # MoveIt's keys: the arm's name of each limit, and the key that enables it.
 _KEYS = {
     "max_acceleration": ("acceleration_limit", "has_acceleration_limits"),
@@ -116,7 +116,7 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
 def _from_file(arm: RobotArm, path: Path) -> dict[str, dict[str, float]]:
     """Limits of the arm's joints in a file, which may hold other joints, too."""
     kind = "file of limits"
-    text = read_text(path, kind, _LARGEST_FILE)
+    text = read_text(path, kind, _LARGEST_FILE_BYTES)
     is_toml = path.suffix.lower() == ".toml"
     table = _joint_limits(parsed_toml(path, text, kind) if is_toml else parsed_yaml(path, text, kind))
     names = [joint.name for joint in arm.joints]

@@ -22,16 +22,17 @@ from gd_analyze.robots.text_file import Node
 from gd_analyze.text import number
 
 # Shapes of collisions may be cut to their core: a quarter of the diagonal and 2 cm are room for that.
-_ROOM_SHARE = 0.25
-_ROOM = 0.02
-# Smaller boxes mark a frame, m.
-_MARK = 0.05
+_ROOM_SHARE_OF_DIAGONAL = 0.25
+_ROOM_METRES = 0.02
+# A box with a smaller diagonal marks a frame.
+_FRAME_MARK_METRES = 0.05
 # Osmium, the densest solid, has 22 600 kg/m^3; a box is larger than the shapes in it.
-_DENSEST = 22_600.0
+_DENSEST_SOLID = 22_600.0
 # Bytes of a binary STL file: header and count, and a triangle's normal, corners and attribute.
-_STL_HEAD = 84
+_STL_HEAD_BYTES = 84
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_LARGEST_STL = 50_000_000
+# The largest mesh that is read, in bytes.
+_LARGEST_STL_BYTES = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,9 @@ class Outline:
         moments
             Sum of the moments of inertia about the centre of mass, kg m^2.
         """
-        if mass < NO_MASS or self.diagonal < _MARK:
+        if mass < NO_MASS or self.diagonal < _FRAME_MARK_METRES:
             return
-        room = _ROOM_SHARE * self.diagonal + _ROOM
+        room = _ROOM_SHARE_OF_DIAGONAL * self.diagonal + _ROOM_METRES
         if (outside := self.distance(com)) > room:
             where = f"{number(outside)} m outside the box around its shapes ({self.text})"
             yield f"the centre of mass is {where}; check its frame, signs and unit"
@@ -88,7 +89,7 @@ class Outline:
         if gyration > self.diagonal / 2 + room:
             limit = f"{number(self.diagonal / 2)} m is the most in the box around its shapes ({self.text})"
             yield f"the radius of gyration is {number(gyration)} m; {limit}: check the unit of its inertia"
-        if self.volume > 0.0 and mass / self.volume > _DENSEST:
+        if self.volume > 0.0 and mass / self.volume > _DENSEST_SOLID:
             box = f"the box around its shapes ({self.text})"
             yield f"no material is dense enough for {number(mass)} kg in {box}; in grams?"
 
@@ -141,14 +142,15 @@ def _mesh_corners(mesh: Node, path: Path) -> FloatArray | None:
     """Corners of the box around a mesh, (8, 3), if it is a binary STL file beside the robot's file."""
     scale = np.array(mesh.numbers("scale", 3, "1 1 1"))
     file = _mesh_file(mesh.attributes.get("filename", ""), path)
-    if file is None or file.stat().st_size > _LARGEST_STL:
+    if file is None or file.stat().st_size > _LARGEST_STL_BYTES:
         return None
     data = file.read_bytes()
     # Of a text STL these bytes are letters.
-    triangles = int.from_bytes(data[80:_STL_HEAD], "little")
-    if triangles == 0 or len(data) != _STL_HEAD + triangles * _STL_TRIANGLE.itemsize:
+    triangles = int.from_bytes(data[80:_STL_HEAD_BYTES], "little")
+    if triangles == 0 or len(data) != _STL_HEAD_BYTES + triangles * _STL_TRIANGLE.itemsize:
         return None
-    corners = np.frombuffer(data, _STL_TRIANGLE, offset=_STL_HEAD)["corners"].reshape(-1, 3).astype(float)
+    records = np.frombuffer(data, _STL_TRIANGLE, offset=_STL_HEAD_BYTES)
+    corners = records["corners"].reshape(-1, 3).astype(float)
     return _box(corners.min(axis=0), corners.max(axis=0)) * scale if np.isfinite(corners).all() else None
 
 

@@ -21,7 +21,7 @@ ORTHONORMAL_TOLERANCE = 1e-6
 # Products of inertia are typed once and mirrored; a rotation into other axes adds only round-off.
 _SYMMETRY_TOLERANCE = 1e-9
 # Radius of gyration of a point mass, m: moved by metres, a zero becomes round-off of 1e-8.
-_POINT = 1e-6
+_POINT_GYRATION_METRES = 1e-6
 # Columns and figures have no room for more characters.
 _LONGEST_NAME = 200
 
@@ -157,8 +157,8 @@ class Joint:
         joint, where = f"joint {self.name}", self.place
         require_name(self.name, "a joint's name", where)
         if self.kind not in ("revolute", "prismatic"):
-            expected, found = "revolute or prismatic", in_python(self.kind)
-            raise ArmError(f"{joint} has an unknown kind", where=where, expected=expected, found=found)
+            expected, kind = "revolute or prismatic", in_python(self.kind)
+            raise ArmError(f"{joint} has an unknown kind", where=where, expected=expected, found=kind)
         _check(self, joint, where, axis=(3,))
         length = float(np.linalg.norm(self.axis))
         if abs(length - 1) > ORTHONORMAL_TOLERANCE:
@@ -251,7 +251,7 @@ class Link:
     @property
     def is_point(self) -> bool:
         """Whether it has no inertia, up to round-off of moving it."""
-        return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT**2)
+        return bool(np.abs(self.inertia_com).max() <= self.mass * _POINT_GYRATION_METRES**2)
 
     @property
     def principal_moments(self) -> FloatArray:

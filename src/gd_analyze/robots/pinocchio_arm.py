@@ -14,6 +14,7 @@ import pinocchio as pin
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.bodies import NO_MASS
 from gd_analyze.robots.frames import straight, without_round_off
 from gd_analyze.robots.mjcf import read_mjcf
 from gd_analyze.robots.parts import Drive, Joint, Link, Placement, checked
@@ -25,11 +26,9 @@ from gd_analyze.text import LARGEST, shortened, visible
 # Humanoids with both hands have 200.
 _MOST_LINKS = 2000
 # A velocity limit of 100, 1000 and so on, per s, means no limit: arms reach 40 rad/s.
-_NO_VELOCITY = 100.0
+_NO_VELOCITY_LIMIT = 100.0
 # An end of a range of 1000, 10000 and so on means no limit: arms reach a few turns, or 100 m on a gantry.
-_NO_RANGE = 1000.0
-# Mass below which a body is a frame, kg.
-_NO_MASS = 1e-6
+_NO_RANGE_LIMIT = 1000.0
 
 
 def arm_of_robot(
@@ -112,7 +111,7 @@ def _ends(tree: Tree, last: TreeJoint, q: FloatArray) -> Iterator[Link]:
         if frame.type == pin.FrameType.BODY and frame.parentJoint in tree.beyond({last.index})
     ]
     fixed = [frame for frame in frames if frame.type == pin.FrameType.FIXED_JOINT]
-    own, above = {}, {}
+    inertia_of, above = {}, {}
     for k in bodies:
         attached = frames[frames[k].parentFrame]
         joint, above[k] = attached.parentJoint, attached.parentFrame
@@ -120,18 +119,18 @@ def _ends(tree: Tree, last: TreeJoint, q: FloatArray) -> Iterator[Link]:
             inertia, place = attached.inertia, data.oMi[joint] * attached.placement
         else:
             inertia, place = model.inertias[joint], data.oMi[joint]
-            for other in fixed:
-                if other.parentJoint == joint:
-                    inertia = inertia - other.placement.act(other.inertia)
-        own[k] = (data.oMi[last.index].inverse() * place).act(inertia)
+            for frame in fixed:
+                if frame.parentJoint == joint:
+                    inertia = inertia - frame.placement.act(frame.inertia)
+        inertia_of[k] = (data.oMi[last.index].inverse() * place).act(inertia)
     for k in bodies:
-        if frames[k].name == last.link or own[k].mass <= _NO_MASS:
+        if frames[k].name == last.link or inertia_of[k].mass <= NO_MASS:
             continue
-        carried, total = {k}, own[k]
-        for other in bodies:  # parents come first
-            if above[other] in carried:
-                carried.add(other)
-                total = total + own[other]
+        carried, total = {k}, inertia_of[k]
+        for body in bodies:  # parents come first
+            if above[body] in carried:
+                carried.add(body)
+                total = total + inertia_of[body]
         inertia = np.array(total.inertia)
         yield Link(
             frames[k].name,
@@ -159,8 +158,8 @@ def _limits(model: Any, index: int) -> tuple[list[float | None], bool]:
     at, velocity = model.idx_qs[index], float(model.velocityLimit[model.idx_vs[index]])
     ends = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
     has_range = model.nqs[index] == 1 and np.isfinite(ends).all() and ends != (0.0, 0.0)
-    is_endless = has_range and any(_is_power_of_ten(abs(end), _NO_RANGE) for end in ends)
-    is_fast = velocity < math.inf and _is_power_of_ten(velocity, _NO_VELOCITY)
+    is_endless = has_range and any(_is_power_of_ten(abs(end), _NO_RANGE_LIMIT) for end in ends)
+    is_fast = velocity < math.inf and _is_power_of_ten(velocity, _NO_VELOCITY_LIMIT)
     stated: list[float | None] = [*ends] if has_range and not is_endless else [None, None]
     stated.append(velocity if 0 < velocity < math.inf and not is_fast else None)
     return stated, is_endless or is_fast

@@ -32,15 +32,16 @@ from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.text import number, percent
 
 _FULL_TURN = 2 * math.pi
-_TYPED = 1e-4  # four decimals of a radian
+# Angles are typed with four decimals of a radian.
+_TYPED_ANGLE_TOLERANCE = 1e-4
 # Distance of a centre of mass that is plausible in an arm without reach, m.
-_LEAST_FAR = 0.1
+_LEAST_FAR_METRES = 0.1
 # Inertias measured by swinging a link are good to about 10 % (Armstrong, Khatib, Burdick 1986).
 _MEASUREMENT_TOLERANCE = 0.1
 # Numbers rounded to 3 digits are good to 0.1 %.
 _ROUNDING_TOLERANCE = 1e-3
 # Findings of one check up to which each is told.
-_MOST_OF_A_KIND = 3
+_MOST_FINDINGS_TOLD = 3
 _CHECK = "check the signs of its products, units (cm or m) and reference point (com or origin)"
 
 
@@ -53,7 +54,7 @@ def implausible(arm: RobotArm) -> tuple[str, ...]:
     sentences = list(arm.doubts)
     for check in CHECKS:
         findings = [f"{place}: {message}" for place, message in check(arm)]
-        if len(findings) > _MOST_OF_A_KIND:
+        if len(findings) > _MOST_FINDINGS_TOLD:
             findings[2:] = [
                 f"arm {arm.name}: {len(findings) - 2} more links or joints have numbers like these"
             ]
@@ -79,7 +80,7 @@ def check_payload(body: Link, reach: float) -> Iterator[str]:
         yield f"a payload of {body.mass:g} kg is more than {of_arm} carries; in grams?"
     if message := _inconsistency(body):
         yield f"payload: {message}"
-    if body.mass > 0 and distance > max(reach, _LEAST_FAR):
+    if body.mass > 0 and distance > max(reach, _LEAST_FAR_METRES):
         yield f"a payload {distance:.3g} m from its frame is too far away for {of_arm}; is it in metres?"
 
 
@@ -93,7 +94,7 @@ def gravity_too_strong(arm: RobotArm) -> PlacedFindings:
 def angle_beyond_a_turn(arm: RobotArm) -> PlacedFindings:
     """An angle of a Denavit-Hartenberg table in degrees."""
     for place, key, angle in _angles(arm):
-        if abs(angle) > _FULL_TURN + _TYPED:
+        if abs(angle) > _FULL_TURN + _TYPED_ANGLE_TOLERANCE:
             yield place, f"{key} is {angle:g} rad, more than a full turn; if in degrees, write {key}_deg"
 
 
@@ -159,7 +160,7 @@ def revolute_range_in_degrees(arm: RobotArm) -> PlacedFindings:
         turns = end / _FULL_TURN
         if joint.kind != "revolute" or not 2 * _FULL_TURN < end <= 720.0:
             continue
-        if end.is_integer() or abs(2 * turns - round(2 * turns)) >= _TYPED:
+        if end.is_integer() or abs(2 * turns - round(2 * turns)) >= _TYPED_ANGLE_TOLERANCE:
             advice = "if in degrees, give rad, or range_deg in TOML"
             yield joint.place, f"the range goes to {end:g} rad, which is {turns:.3g} turns; {advice}"
 
@@ -247,7 +248,7 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> PlacedFindings:
     """A centre of mass in mm. Frames at the near ends of links do not show the last link's length."""
     for place, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
-        if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR if arm.dh_table else 1.0):
+        if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR_METRES if arm.dh_table else 1.0):
             where = f"{distance:.3g} m from the link frame, {_reaching(arm)}"
             yield place, f"the centre of mass of link {link.name} is {where}; are its units metres?"
 
@@ -271,7 +272,7 @@ def point_mass_among_bodies(arm: RobotArm) -> PlacedFindings:
 
 def centre_of_mass_outside_link(arm: RobotArm) -> PlacedFindings:
     """A centre of mass lies within half the reach of a joint of its link; the last link's end is unknown."""
-    farthest = max(0.6 * arm.reach, _LEAST_FAR)
+    farthest = max(0.6 * arm.reach, _LEAST_FAR_METRES)
     for (place, link), beyond in zip(described_links(arm), arm.joints[1:], strict=False):
         offset, turn = link.frame.translation, link.frame.rotation
         centre, end = turn @ link.com + offset, turn @ beyond.placement.translation + offset

@@ -37,7 +37,7 @@ _ENDS_EARLY, _OTHER_END = (
 # The texts that are read are numbers.
 _LONGEST_TEXT = 100
 # A chain of 40 bodies is nested 40 deep in MJCF.
-_DEEPEST = 200
+_DEEPEST_NESTING = 200
 
 
 def read_text(path: Path, kind: str, most: int) -> str:
@@ -178,9 +178,9 @@ def read_xml(path: Path) -> Node:
         return Location(path, parser.CurrentLineNumber, parser.CurrentColumnNumber + 1)
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(open_nodes) >= _DEEPEST:
+        if len(open_nodes) >= _DEEPEST_NESTING:
             message = "the robot's file nests elements too deep"
-            raise ArmError(message, where=here(), expected=f"at most {_DEEPEST} levels")
+            raise ArmError(message, where=here(), expected=f"at most {_DEEPEST_NESTING} levels")
         node = Node(tag, attributes, here())
         (open_nodes[-1].children if open_nodes else roots).append(node)
         open_nodes.append(node)

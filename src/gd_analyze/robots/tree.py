@@ -19,9 +19,10 @@ from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
 
+# Names listed in a message, at most.
 _MOST_NAMED = 10
 # With more joints to hold, --tip is shorter.
-_FEW = 6
+_MOST_LOCKED = 6
 # Pinocchio's kinds of joints that arms do not have, by the prefix of their names.
 _KINDS = {
     "JointModelFreeFlyer": "floating",
@@ -350,7 +351,7 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
     if len(beyond) <= len(stem):
         to_hold = [joint for joint in beyond if joint.name not in tree.notes.mimics]
         hint = f"--tip {fork} holds the branches, with their mass"
-        if len(to_hold) <= _FEW:
+        if len(to_hold) <= _MOST_LOCKED:
             hint = f"{_locks(to_hold)} holds the branches, with their mass; --tip {fork} does the same"
     else:
         moving = [{member.name for member in tree.path(joint.index)} for joint in beyond]

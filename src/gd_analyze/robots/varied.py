@@ -28,9 +28,9 @@ _TENSOR = ("xx", "yy", "zz", "xy", "xz", "yz")
 # Units by the suffix of a key.
 _SUFFIXED = {"_mm": ("m", "mm"), "_deg": ("rad", "deg")}
 # Largest physical inconsistency, as a share, of numbers rounded to three digits.
-_ROUNDING = 1e-3
+_ROUNDING_TOLERANCE = 1e-3
 # The same of published measurements.
-_MEASUREMENT = 0.1
+_MEASUREMENT_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,10 @@ class VariedArm:
                 message = f"{parameter.part} {parameter.number + 1} cannot have a negative {parameter.key}"
             else:
                 link = arm.links[parameter.number]
-                tolerance = [_ROUNDING, _MEASUREMENT if link.as_measured else _ROUNDING]
+                tolerance = [
+                    _ROUNDING_TOLERANCE,
+                    _MEASUREMENT_TOLERANCE if link.as_measured else _ROUNDING_TOLERANCE,
+                ]
                 most = np.maximum(tolerance, _inconsistency(link.inertia_com)) * (1.0 + 1e-9)
                 is_wrong = np.asarray((_inconsistency(inertia[:, parameter.number]) > most).any(axis=-1))
                 message = f"the inertia of link {link.name} becomes physically inconsistent"
