@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -184,58 +185,62 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
         messages.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory, suspects[0] + 1)}")
-    smooth = trajectory.recording is not None and trajectory.recording.measured
-    violations = [
-        violation
-        for violation in limit_report(arm, trajectory).violations
-        if violation.joint - 1 not in suspects
-    ]
-    for quantity in dict.fromkeys(violation.quantity for violation in violations):
-        alike = [violation for violation in violations if violation.quantity == quantity]
-        points = np.searchsorted(trajectory.time, [violation.time for violation in alike]) + 1
-        places = zip(alike, points, strict=True)
-        message = "; ".join(
-            f"{violation}, at set point {point} ({violation.time:.4g} s)" for violation, point in places
-        )
-        derived = {"velocity": "qd", "acceleration": "qdd"}.get(quantity)
-        if smooth and derived:
-            message += "; from smoothed readings: a lower --cutoff smooths more"
-        elif derived in trajectory.derived:
-            message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
-        sliding = next(
-            (violation for violation in alike if quantity == "position" and violation.unit == "m"), None
-        )
-        if sliding is not None:
-            message += f"; in another unit than m, name the column q{sliding.joint}_mm or _cm"
-        messages.append(message)
-    # Velocities derived from positions and instants that would be usual in another unit of time.
-    span = high - low
-    moving = span > PLAUSIBILITY.moving_span
-    limits = arm.limits("velocity_limit")[moving]
-    if "qd" in trajectory.derived and moving.any() and ((limits > 0) & np.isfinite(limits)).all():
-        share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
-        period = float(np.median(np.diff(trajectory.time)))
-        usual_by_velocity, usual_by_step = [], []
-        for unit, per_second in _UNITS.items():
-            if 0.0 < per_second * share <= PLAUSIBILITY.usual_velocity_share:
-                usual_by_velocity.append(unit)
-            step = period / per_second
-            if PLAUSIBILITY.shortest_step_seconds <= step <= PLAUSIBILITY.longest_step_seconds:
-                usual_by_step.append(unit)
-        if usual_by_velocity:
-            # A controller's rate is better evidence than the arm's velocity limits.
-            unit = (usual_by_step or usual_by_velocity)[0]
-            slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
-            messages.append(f"{slow}; if it is in {unit}, give --time-unit {unit}")
+    messages += _exceeded_limits(trajectory, arm, suspects)
+    messages += _slow_velocities(trajectory, arm)
     recording = trajectory.recording
-    if smooth and recording is not None:
+    if recording is not None and recording.measured:
         noise_span = PLAUSIBILITY.still_deviations * recording.noise_q + ROUNDING
-        if (span <= noise_span).all():
+        if (high - low <= noise_span).all():
             messages.append("no joint moves by more than its noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     messages += contradictions(*arrays, trajectory.gaps, trajectory.derived)
     for message in messages:
         warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
+
+
+def _exceeded_limits(trajectory: Trajectory, arm: RobotArm, suspects: Sequence[int]) -> Iterator[str]:
+    """One message for each quantity that exceeds limits, but for joints (from 0) suspected of degrees."""
+    smoothed = trajectory.recording is not None and trajectory.recording.measured
+    report = limit_report(arm, trajectory)
+    violations = [violation for violation in report.violations if violation.joint - 1 not in suspects]
+    for quantity in dict.fromkeys(violation.quantity for violation in violations):
+        alike = [violation for violation in violations if violation.quantity == quantity]
+        points = np.searchsorted(trajectory.time, [violation.time for violation in alike]) + 1
+        message = "; ".join(
+            f"{violation}, at set point {point} ({violation.time:.4g} s)"
+            for violation, point in zip(alike, points, strict=True)
+        )
+        derived = {"velocity": "qd", "acceleration": "qdd"}.get(quantity)
+        if smoothed and derived:
+            message += "; from smoothed readings: a lower --cutoff smooths more"
+        elif derived in trajectory.derived:
+            message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
+        sliding = [violation.joint for violation in alike if quantity == "position" and violation.unit == "m"]
+        if sliding:
+            message += f"; in another unit than m, name the column q{sliding[0]}_mm or _cm"
+        yield message
+
+
+def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
+    """A message if velocities derived from instants would be usual in another unit of time."""
+    moving = np.ptp(trajectory.extremes[0], axis=0) > PLAUSIBILITY.moving_span
+    limits = arm.limits("velocity_limit")[moving]
+    if "qd" not in trajectory.derived or not moving.any() or not ((limits > 0) & np.isfinite(limits)).all():
+        return
+    share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
+    period = float(np.median(np.diff(trajectory.time)))
+    usual_by_velocity, usual_by_step = [], []
+    for unit, per_second in _UNITS.items():
+        if 0.0 < per_second * share <= PLAUSIBILITY.usual_velocity_share:
+            usual_by_velocity.append(unit)
+        step = period / per_second
+        if PLAUSIBILITY.shortest_step_seconds <= step <= PLAUSIBILITY.longest_step_seconds:
+            usual_by_step.append(unit)
+    if usual_by_velocity:
+        # A controller's rate is better evidence than the arm's velocity limits.
+        unit = (usual_by_step or usual_by_velocity)[0]
+        slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
+        yield f"{slow}; if it is in {unit}, give --time-unit {unit}"
 
 
 def _in_degrees(trajectory: Trajectory, joint: int) -> str:

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -86,13 +87,7 @@ def log_of(
         if paired and (role == "q" or np.isfinite(values).any()):
             arrays[role] = values
     if reading.torque_constant is not None:
-        constants = len(reading.torque_constant) if "torque" in arrays else 0
-        if constants != arm.n_joints:
-            message, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
-            expected = f"{arm.n_joints} constants, and columns of torque or currents"
-            step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
-            raise refusal(message, where, expected, str(constants or "no such columns"), step)
-        arrays["torque"] = arrays["torque"] * np.array(reading.torque_constant, dtype=float)
+        arrays["torque"] = _torques(arrays.get("torque"), reading.torque_constant, table, arm)
     q = arrays["q"]
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
@@ -144,6 +139,19 @@ def log_of(
         gaps=gaps,
         judged=reading.measured is None,
     )
+
+
+def _torques(
+    currents: FloatArray | None, constants: Sequence[float | None], table: LogTable, arm: RobotArm
+) -> FloatArray:
+    """Torques of currents, shape (N, n), by a constant for each joint."""
+    if currents is None or len(constants) != arm.n_joints:
+        message, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
+        expected = f"{arm.n_joints} constants, and columns of torque or currents"
+        content = "no such columns" if currents is None else str(len(constants) or "no such columns")
+        step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
+        raise refusal(message, where, expected, content, step)
+    return currents * np.array(constants, dtype=float)
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
@@ -306,10 +314,10 @@ def _is_late(
     k: int, time: FloatArray, q: FloatArray, is_long: NDArray[np.bool_], good: FloatArray, step: float
 ) -> bool:
     """Whether a row's stamp fills a hole among the good ones, in order, or repeats a whole row."""
-    at = int(np.searchsorted(good, time[k]))
-    if not 0 < at < len(good):
+    after = int(np.searchsorted(good, time[k]))
+    if not 0 < after < len(good):
         return False
-    if good[at] - good[at - 1] >= SAMPLING.missing_reading_steps * step:
+    if good[after] - good[after - 1] >= SAMPLING.missing_reading_steps * step:
         return True
     alike = is_long & (np.abs(time - time[k]) <= SAMPLING.equal_stamp_step_share * step)
     return bool((q[alike] == q[k]).all(axis=1).any())
@@ -330,12 +338,12 @@ def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool
     is_adjacent = (seconds > 0) & (seconds <= gap)
     least_jumps = np.maximum(STRAY.jump_ordinary_steps * ordinary, STRAY.jump_speed * seconds)
     jumps = is_adjacent & (np.abs(steps) > least_jumps)
-    at, strays = np.flatnonzero(jumps), list[int]()
-    for out, back in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-        is_short = back - out <= STRAY.most_rows and is_adjacent[out:back].all()
-        has_returned = abs(steps[out : back + 1].sum()) <= STRAY.returned_share * abs(steps[out])
-        if is_short and has_returned and steps[out] * steps[back] < 0:
-            strays += range(out + 1, back + 1)
+    strays = list[int]()
+    for away, back in pairwise(np.flatnonzero(jumps).tolist()):
+        is_short = back - away <= STRAY.most_rows and is_adjacent[away:back].all()
+        has_returned = abs(steps[away : back + 1].sum()) <= STRAY.returned_share * abs(steps[away])
+        if is_short and has_returned and steps[away] * steps[back] < 0:
+            strays += range(away + 1, back + 1)
     return strays
 
 

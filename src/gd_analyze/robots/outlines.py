@@ -83,8 +83,8 @@ class Outline:
             return
         room = _ROOM_SHARE_OF_DIAGONAL * self.diagonal + _ROOM_METRES
         if (outside := self.distance(com)) > room:
-            where = f"{number(outside)} m outside the box around its shapes ({self.text})"
-            yield f"the centre of mass is {where}; check its frame, signs and unit"
+            position = f"{number(outside)} m outside the box around its shapes ({self.text})"
+            yield f"the centre of mass is {position}; check its frame, signs and unit"
         gyration = math.sqrt(max(0.0, moments) / 2 / mass)
         if gyration > self.diagonal / 2 + room:
             limit = f"{number(self.diagonal / 2)} m is the most in the box around its shapes ({self.text})"

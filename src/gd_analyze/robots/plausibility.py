@@ -249,8 +249,8 @@ def centre_of_mass_beyond_reach(arm: RobotArm) -> PlacedFindings:
     for place, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
         if link.mass > 0 and distance > max(arm.reach, _LEAST_FAR_METRES if arm.dh_table else 1.0):
-            where = f"{distance:.3g} m from the link frame, {_reaching(arm)}"
-            yield place, f"the centre of mass of link {link.name} is {where}; are its units metres?"
+            position = f"{distance:.3g} m from the link frame, {_reaching(arm)}"
+            yield place, f"the centre of mass of link {link.name} is {position}; are its units metres?"
 
 
 def inertia_physically_inconsistent(arm: RobotArm) -> PlacedFindings:
@@ -278,8 +278,11 @@ def centre_of_mass_outside_link(arm: RobotArm) -> PlacedFindings:
         centre, end = turn @ link.com + offset, turn @ beyond.placement.translation + offset
         distance = min(float(np.linalg.norm(centre)), float(np.linalg.norm(centre - end)))
         if link.mass > 0 and distance > farthest and float(np.linalg.norm(link.com)) <= arm.reach:
-            where = f"{number(distance)} m from both of its joints, {_reaching(arm)}"
-            yield place, f"the centre of mass of link {link.name} is {where}; is it given in another frame?"
+            position = f"{number(distance)} m from both of its joints, {_reaching(arm)}"
+            yield (
+                place,
+                f"the centre of mass of link {link.name} is {position}; is it given in another frame?",
+            )
 
 
 def heavier_than_links_before(arm: RobotArm) -> PlacedFindings:
