@@ -32,11 +32,11 @@ def test_bad_batches_write_nothing(run, here, motion, listing):
     (here / "wrong.yaml").write_text("arm: [two_link\n")
     before = listing()
     for line, says in {
-        "batch wrong.csv": "did you mean 'trajectory'?",
+        "batch wrong.csv": "'trajectory'",
         "batch wrong.yaml": "wrong.yaml, line 2",
-        "batch long.csv": "beyond the header",
+        "batch long.csv": "long.csv, row 1",
         "batch nowhere.csv": "nowhere.csv",
-        "batch gentle.csv": "there is no option 'time'",
+        "batch gentle.csv": "'time'",
         "batch rows.csv --format exe": "exe",
         "batch rows.csv --to zarr": "zarr",
         "batch rows.csv --jobs 0": "--jobs",

@@ -44,14 +44,15 @@ def test_suspicious_numbers_stand_first_with_their_line(run, here):
     assert f"Suspicious - line {line}" in result.words
     assert result.out.index("Suspicious") < result.out.index("Chain") < result.out.index("Links")
     [text] = run("arms odd.urdf --json").json["suspicious"]
-    assert "the inertia of link upper violates the triangle inequality by 5" in text
+    assert "link upper" in text
+    assert re.search(r"by 5\d? %", text)
 
 
 def test_any_arm_becomes_toml(run, here):
     (here / "odd.urdf").write_text(ODD)
     result = run("arms odd.urdf --limits all=90deg --to toml")
     assert result.code == 0
-    assert "the inertia of link" in result.err
+    assert "link upper" in result.err
     (here / "own.toml").write_text(result.out, encoding="utf-8")
     with pytest.warns(gd.GdAnalyzeWarning):
         before, after = gd.load_arm("odd.urdf", limits=["all=90deg"]), gd.load_arm("own.toml")
@@ -88,7 +89,7 @@ def test_every_verb_takes_what_is_picked(run, here, verb, picked):
     assert result.json
     if "html" in verb and picked == LOCKS:
         page = (here / "out" / "report.html").read_text(encoding="utf-8")
-        assert "Held, with the bodies they carry: left_finger at 0 m, right_finger at 0.01 m." in page
+        assert all(held in page for held in ("left_finger at 0 m", "right_finger at 0.01 m"))
         assert "--lock left_finger=0" in re.sub(r"<[^>]*>", "", page)  # the command
 
 
@@ -110,17 +111,25 @@ def test_columns_that_share_a_name_and_nobody_needs(run, here):
 
 def test_files_put_side_by_side_have_two_times(run, here):
     (here / "log.csv").write_text("\n".join(f"{row},{row.split(',')[0]}" for row in LOG.splitlines()))
-    assert "--map 'time=#1' or --map 'time=#7'" in run("columns two_link log.csv").err
+    refused = run("columns two_link log.csv")
+    assert all(option in refused.err for option in ("--map 'time=#1'", "--map 'time=#7'"))
     assert run("columns two_link log.csv --map time=#1").code == 0
 
 
 def test_columns_of_a_log(run, here):
     (here / "log.csv").write_text(LOG)
     shown, told = run("columns two_link log.csv").words, run("columns two_link log.csv --json").json
-    assert "actual_q_1 q elbow rad by number, from 0" in shown
+    *_, second = (row for row in told["columns"] if row["column"] == "actual_q_1")
+    assert f"actual_q_1 q elbow rad {second['why']}" in shown
     assert (told["measured"], told["rows"], told["seconds"]) == (True, 200, 1.99)
-    keys, values = ["column", "role", "joint", "unit", "why"], ("actual_q_0", "q", "shoulder", "rad")
-    assert told["columns"][1] == dict(zip(keys, (*values, "by number, from 0"), strict=True))
+    first = told["columns"][1]
+    assert [first[key] for key in ("column", "role", "joint", "unit")] == [
+        "actual_q_0",
+        "q",
+        "shoulder",
+        "rad",
+    ]
+    assert "number" in first["why"]
     assert "Kind plan" in run("columns two_link two-link-swing").words
 
 
@@ -147,21 +156,22 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
     for verb in ("columns robot.urdf log.csv", "rank robot.urdf log.csv", "robot.urdf log.csv --format json"):
         result = run(f"{verb} --json")
         assert result.code == (2 if arm is None else 0), verb
-        assert "the robot branches at" in result.err
-        assert ("--tip chooses another" in result.err) == (arm is not None)
+        warned = [line for line in result.err.splitlines() if line.startswith("warning: ")]
+        assert "branches" in result.err
+        assert any("--tip" in line for line in warned) == (arm is not None)
     if arm is not None:
         columns = run("columns robot.urdf log.csv --json").json["columns"]
         assert [row["joint"] for row in columns if row["role"] == "q"] == arm
         tip = "lower" if robot is FINGERS else "left1"
-        assert "chooses another" not in run(f"columns robot.urdf log.csv --tip {tip}").err
+        assert "branches" not in run(f"columns robot.urdf log.csv --tip {tip}").err
 
 
 @pytest.mark.parametrize(
     ("factor", "speed", "limit", "cause"),
     [
-        long(1.0, 50.0, 5.0, "velocities reach"),
-        (100.0, 1.0, 5.0, "are they degrees, encoder counts or motor angles"),
-        (1.0, 1.0, 0.02, "check masses, gravity, payload and the limit"),
+        long(1.0, 50.0, 5.0, "velocities"),
+        (100.0, 1.0, 5.0, "degrees"),
+        (1.0, 1.0, 0.02, "masses"),
     ],
 )
 def test_a_torque_above_the_limit_is_the_first_warning_of_its_step(run, here, factor, speed, limit, cause):
@@ -175,9 +185,9 @@ def test_a_torque_above_the_limit_is_the_first_warning_of_its_step(run, here, fa
         # The main job has told what it read, and the limits that this exceeds, before it knows torques.
         of_reading = ("read as radians", "above the limit")
         first = next(line for line in lines if verb or not any(words in line for words in of_reading))
-        assert re.match(rf"warning: joint \d.* needs .* times its limit of {limit:g} N m; .*{cause}", first)
+        assert re.match(rf"warning: joint \d.* limit of {limit:g} N m; .*{cause}", first)
     (here / "strong.urdf").write_text(re.sub('effort="[^"]*"', 'effort="1e9"', two_joints()))
-    assert "times its limit" not in run("columns strong.urdf motion.csv").err
+    assert "its limit" not in run("columns strong.urdf motion.csv").err
 
 
 @pytest.mark.parametrize(("header", "option"), [("time,q1,q2\n", ""), ("", "--columns time,q1,q2")])
@@ -187,10 +197,10 @@ def test_every_verb_takes_noise_for_a_recording(run, here, header, option):
     rows = "".join(f"{t:.3f},{a:.5f},{b:.5f}\n" for t, (a, b) in zip(time, q, strict=True))
     (here / "raw.csv").write_text(header + rows)
     shown = run(f"columns two_link raw.csv {option} --json")
-    assert "accelerations are noise" in shown.err
+    assert "noise" in shown.err
     assert shown.json["measured"] is True
     done = run(f"two_link raw.csv {option} --format json --json")
-    assert "accelerations are noise" in done.err
+    assert "noise" in done.err
     taken = run(f"columns two_link raw.csv {option} --planned --json")
     assert taken.json["measured"] is False
 
@@ -278,7 +288,8 @@ def test_a_plan_on_standard_output_as_json_and_too_fast(run, listing, here):
     assert listing() == set()
     result = run(f"{PLAN[:-1]}0.3 --allow-violations -o fast.csv")
     assert result.code == 0
-    assert "warning: the motion is too fast" in result.err
+    assert result.err.startswith("warning: ")
+    assert "too fast" in result.err
     assert (here / "fast.csv").exists()
 
 
@@ -372,7 +383,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
     assert run("equations long.toml --element D10,11 --quiet").out.startswith("D10,11 = ")
     refused = run("equations long.toml --element D1,2")
     assert refused.code == 2
-    assert "next: elements from D22 on, and c, are possible;" in refused.err
+    assert "D22" in refused.err
 
 
 def test_base_parameters(run, here):

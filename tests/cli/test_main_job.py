@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -160,7 +161,7 @@ def test_an_arm_of_ones_own_with_a_prismatic_joint(run, here):
     shown = run("slider.toml lift.csv --format csv").out
     assert " N m" in shown
     simplified = run("simplify slider.toml lift.csv").out
-    assert "revolute and prismatic joints apart" in " ".join(simplified.split())
+    assert all(word in simplified for word in ("revolute", "prismatic"))
     assert max(map(len, shown.splitlines())) <= 80
 
 
@@ -183,7 +184,7 @@ def test_measured_torques_and_friction(measured_findings):
     text, found = text_of(result), result.document()["measured_torque"]
     assert max(map(len, text.splitlines())) <= 80
     assert found["joints"][1]["verdict"] == "too light"
-    assert "too light by a factor 2" in text
+    assert re.search(r"too light .* 2\b", text)
     assert not found["described"]
 
 
@@ -225,4 +226,4 @@ def test_a_folder_that_is_written_into(run, folder):
     assert (folder / "slow.csv").read_bytes() == before
     assert run("two_link moves --out x --format csv").code == 0
     other = run("two_link moves/slow.csv moves/quick.csv --out x --format csv")
-    assert (other.code, "the folder x" in other.err) == (2, True)
+    assert (other.code, "folder x" in other.err, "--overwrite" in other.err) == (2, True, True)

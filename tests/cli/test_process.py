@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import shlex
@@ -59,7 +60,7 @@ atexit.register(lambda: print("loaded:", *sorted(slow & set(sys.modules)), file=
 def test_no_arguments_show_the_help(process):
     result = process("")
     assert (result.code, result.out) == (2, "")
-    assert result.err.startswith("Usage: gd-analyze ROBOT TRAJECTORY")
+    assert result.err.startswith("Usage: gd-analyze ROBOT ")
 
 
 def test_the_version_and_where_the_cache_is(run, monkeypatch):
@@ -101,8 +102,8 @@ def test_debug_adds_the_traceback(run):
 @pytest.mark.parametrize(
     ("failure", "says"),
     [
-        (ZeroDivisionError("oh"), (": ZeroDivisionError: oh\n  next: ", "this is a bug in gd-analyze")),
-        (MemoryError("7 TiB"), ("out of memory", "7 TiB", "--no-christoffel")),
+        (ZeroDivisionError("oh"), (": ZeroDivisionError: oh\n  next: ", "bug")),
+        (MemoryError("7 TiB"), ("memory", "7 TiB", "--no-christoffel")),
     ],
 )
 def test_failures_of_the_program_and_the_machine(run, motion, monkeypatch, failure, says):
@@ -121,7 +122,8 @@ def test_a_full_disk_behind_standard_output(process):
     with Path("/dev/full").open("w") as full:
         done = process("arms", stdout=full)
     assert done.code == 1
-    assert "error: the system refused" in done.err
+    assert done.err.startswith("error: ")
+    assert os.strerror(errno.ENOSPC) in done.err
     assert "Traceback" not in done.err
 
 
@@ -139,7 +141,7 @@ def test_a_reader_that_leaves_early_is_no_error(process):
     ("words", "closed", "code", "says"),
     [
         ("arms puma560 --json", ">&-", 1, "not writable"),
-        ("two_link -", "<&-", 2, "standard input: the file is empty"),
+        ("two_link -", "<&-", 2, "error: standard input: "),
         ("two_link nowhere.csv", "2>&-", 2, ""),
         ("two_link gentle.csv --format json --quiet", "<&- >&- 2>&-", 0, ""),
     ],
@@ -226,7 +228,8 @@ def test_a_name_that_is_no_text_is_refused(here):
     command = [os.fsencode(sys.executable), b"-c", PROGRAM.encode(), b"two_link", b"\xff.csv"]
     done = subprocess.run(command, capture_output=True, check=False)
     assert done.returncode == 2
-    assert done.stderr.startswith(b"error: a word of the command")
+    assert done.stderr.startswith(b"error: ")
+    assert b"\\udcff.csv" in done.stderr
 
 
 @pytest.fixture
