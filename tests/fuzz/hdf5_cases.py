@@ -20,12 +20,9 @@ from hostile_values import NOT_FINITE, number, text
 from tree_changes import TREE_CHANGES
 from verdict import BrokenError
 
-from gd_analyze import Trajectory, load_arm, read_trajectory
-from gd_analyze.dynamics.decomposition import torque_of
+from gd_analyze import Trajectory, analyze, load_arm, read_trajectory
 from gd_analyze.results.store import SEAL_LENGTH, require_sealed, seal
-from gd_analyze.studies.main_job import find
-from gd_analyze.tables import save_results, states_of
-from gd_analyze.types import Settings
+from gd_analyze.tables import decompose_states, save_results, states_of
 from recordings import with_torques
 
 # Numbers that a dataset says it has, and that no memory holds.
@@ -42,11 +39,11 @@ def base() -> tuple[bytes, bytes]:
     motions = []
     for name, rows in (("begin", slice(0, 12)), ("go on", slice(15, 27))):
         part = Trajectory(*(x[rows] for x in (swing.time, swing.q, swing.qd, swing.qdd)), name)
-        measured = 1.5 * torque_of(arm, states_of(part)) + np.sign(part.qd)
+        measured = 1.5 * decompose_states(arm, states_of(part))["torque"] + np.sign(part.qd)
         motions.append(with_torques(part, measured))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "analysis.h5"
-        save_results(find(arm, motions, Settings(fit_friction=True)), path)
+        save_results(analyze(arm, motions, fit_friction=True), path)
         whole = path.read_bytes()
         require_sealed(path)
     return whole[:-SEAL_LENGTH], whole[-SEAL_LENGTH:]

@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
-from gd_analyze.motions.corrections import Corrections
+from gd_analyze.types import Reading
 
 EPS = float(np.finfo(float).eps)
+
+
+def corrections_of(**words):
+    return Reading.of(**words).corrections
 
 
 def arrays(n: int, rows: int = 50) -> dict[str, np.ndarray]:
@@ -26,7 +30,7 @@ def arrays(n: int, rows: int = 50) -> dict[str, np.ndarray]:
 def test_power_stays(puma, couple, signs):
     """Coupled and reversed joints do the same work."""
     given_ = arrays(6)
-    made = Corrections.of(couple=couple, position_sign=signs).applied(np.arange(50.0), given_, puma)
+    made = corrections_of(couple=couple, position_sign=signs).applied(np.arange(50.0), given_, puma)
     before, after = ((x["torque"] * x["qd"]).sum(axis=1) for x in (given_, made))
     # Six products of numbers of some units, and as many sums in the coupled ones.
     assert np.abs(before - after).max() < 100 * EPS * np.abs(given_["torque"] * given_["qd"]).max()
@@ -37,11 +41,11 @@ def test_each_does_what_it_says(puma):
     """Signs, an offset by number and by name, and the sum that names a joint."""
     given_, time = arrays(6), np.arange(50.0)
     name = puma.joints[2].name
-    made = Corrections.of(offset=["2=90deg", f"{name}=0.5"], torque_sign="-1").applied(time, given_, puma)
+    made = corrections_of(offset=["2=90deg", f"{name}=0.5"], torque_sign="-1").applied(time, given_, puma)
     assert np.array_equal(made["torque"], -given_["torque"])
     assert np.array_equal(made["qd"], given_["qd"])
     assert np.allclose(made["q"] - given_["q"], [0, np.pi / 2, 0.5, 0, 0, 0], atol=10 * EPS)
-    made = Corrections.of(couple=["q3=q3-q2"]).applied(time, given_, puma)
+    made = corrections_of(couple=["q3=q3-q2"]).applied(time, given_, puma)
     assert np.array_equal(made["q"][:, 2], given_["q"][:, 2] - given_["q"][:, 1])
     assert np.array_equal(made["torque"][:, 1], given_["torque"][:, 1] + given_["torque"][:, 2])
 
@@ -51,7 +55,7 @@ def test_late_torques_come_earlier(puma, lag):
     """A line is shifted exactly; beyond the log's ends there is nothing."""
     time = np.arange(0.0, 2.0, 0.01)
     torque = np.outer(time, np.arange(1.0, 7.0))
-    corrections = Corrections.of(lag=lag)
+    corrections = corrections_of(lag=lag)
     made = corrections.applied(time, {"q": torque, "torque": torque}, puma)["torque"]
     wanted = np.outer(time + corrections.lag, np.arange(1.0, 7.0))
     known = np.isfinite(made)
@@ -72,7 +76,7 @@ def test_late_torques_come_earlier(puma, lag):
 )  # fmt: skip
 def test_what_does_not_fit_is_refused(puma, words, option):
     with pytest.raises(UsageError) as caught:
-        Corrections.of(**words).applied(np.arange(50.0), arrays(6), puma)
+        corrections_of(**words).applied(np.arange(50.0), arrays(6), puma)
     assert option in str(caught.value)
 
 
@@ -80,7 +84,7 @@ def test_no_torques_to_correct(puma):
     given_ = {"q": arrays(6)["q"]}
     for words in ({"lag": "4ms"}, {"torque_sign": "-1"}):
         with pytest.raises(UsageError):
-            Corrections.of(**words).applied(np.arange(50.0), given_, puma)
+            corrections_of(**words).applied(np.arange(50.0), given_, puma)
 
 
 def test_a_log_says_how_it_was_corrected(two_link, tmp_path):

@@ -31,7 +31,9 @@ def test_all_are_named_and_left_out(read, refused, warned):
     refused(LINES, text(CHANGES), ARM)
     with warned() as texts:
         logged = read(text(CHANGES), ARM, drop_rows=True)
-    assert texts == [f"log log: 7 corrupt rows left out: {LINES}"]
+    (warning,) = texts
+    assert "7 corrupt" in warning
+    assert warning.endswith(LINES)
     sound = np.delete(np.arange(400), [row for row, _, _ in CHANGES])
     np.testing.assert_array_equal(logged.q, Q[sound])
     # Differences of instants of up to 5 s.

@@ -27,7 +27,7 @@ def test_a_pointer_of_git_lfs_is_named_as_that(tmp_path, puma, suffix):
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 12\n")
     with pytest.raises(GdAnalyzeError) as caught:
         read_log(path, puma)
-    assert caught.value.details["found"] == "a pointer of Git LFS"
+    assert "Git LFS" in caught.value.details["found"]
     assert "git lfs pull" in caught.value.details["next"]
 
 

@@ -98,7 +98,7 @@ def test_other_names_that_count_are_matched_by_number_and_said_so(read, warned):
         logged = read(log_of("fer_joint2 fer_joint1 fer_joint3"), arm_of(*PANDA))
     np.testing.assert_array_equal(logged.q[0], [1, 0, 2])
     (text,) = texts
-    assert "fer_joint1 is panda_joint1 ... fer_joint3 is panda_joint3" in text
+    assert all(f"fer_joint{k} is panda_joint{k}" in text for k in (1, 3))
     assert "--map joint:panda_joint1=fer_joint1" in text
 
 
@@ -133,7 +133,8 @@ def test_more_joints_than_the_arm_has_are_told(read, warned):
         logged = read(log_of("pos_0 pos_1 pos_2"), arm_of("hip", "knee"))
     np.testing.assert_array_equal(logged.q[0], [0, 1])
     (text,) = texts
-    assert "3 joints logged, 2 in arm made; left out: pos_2" in text
+    assert all(fact in text for fact in ("3 joints", "2 in arm made", "pos_2"))
+    assert "pos_1" not in text
 
 
 NAMED = "time,name[0],name[1],position[0],position[1]\n0.0,knee,hip,1,2\n0.1,,,3,4\n"

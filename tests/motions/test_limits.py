@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.motions.limits import check_against_arm
-from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.types import Reading
 
 
@@ -64,10 +62,11 @@ def assert_said(texts: list[str], expected: list[tuple[str, ...]]) -> None:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_warnings(case, slider, warned):
+def test_warnings(case, slider, warned, tmp_path):
     arm, trajectory, expected = CASES[case]
+    gd.write_trajectory(trajectory, tmp_path / "m.csv")
     with warned() as texts:
-        check_against_arm(trajectory, slider if arm == "slider" else gd.load_arm(arm))
+        gd.read_trajectory(tmp_path / "m.csv", slider if arm == "slider" else arm)
     assert_said(texts, expected)
 
 
@@ -78,7 +77,8 @@ def table(header: str, rows: list[str]) -> str:
 def test_the_remedy_for_degrees_reads_the_motion(puma, tmp_path, warned):
     """Where only q is in degrees, --degrees would spoil qd; where all are, it is the one that works."""
     sound = gd.read_trajectory("pick-and-place", puma)
-    header = trajectory_csv(sound).splitlines()[0]
+    gd.write_trajectory(sound, tmp_path / "sound.csv")
+    header = (tmp_path / "sound.csv").read_text().splitlines()[0]
     for factor, advised in ((1.0, "without --degrees"), (math.degrees(1.0), "give --degrees")):
         q, others = np.degrees(sound.q), factor * np.hstack([sound.qd, sound.qdd])
         rows = np.column_stack([sound.time, q, others])

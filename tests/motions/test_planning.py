@@ -152,8 +152,8 @@ def test_default_via_times_follow_the_slowest_joint(two_link):
 def test_accelerations_at_a_jump_are_those_just_after_it(two_link):
     # Set points 10 and 20 of 31 lie on the jumps at a third and two thirds, up to round-off.
     for duration in (1.0, 1.1, 1.3, 1.7, 2.9, 3.1):
-        made = plan_motion(two_link, [0, 0], [0.5, 0.5], schedule=Schedule(duration, "trapezoidal"))
-        signs = np.sign(np.round(made.trajectory.qdd[:, 0], 9))
+        planned = gd.plan(two_link, [0, 0], [0.5, 0.5], duration, profile="trapezoidal")
+        signs = np.sign(np.round(planned.qdd[:, 0], 9))
         np.testing.assert_array_equal(signs, [1] * 10 + [0] * 10 + [-1] * 11)
 
 
@@ -162,9 +162,9 @@ def test_shortest_duration_is_shortest(two_link, profile):
     ends = ([-1.0, -0.5], [1.0, 2.0])
     shortest = plan_motion(two_link, *ends, schedule=Schedule(20.0, profile)).shortest_duration
     # Limits are judged with 1e-9 of slack, so 1e-8 either way decides.
-    plan_motion(two_link, *ends, schedule=Schedule(shortest * (1 + 1e-8), profile))
+    gd.plan(two_link, *ends, shortest * (1 + 1e-8), profile=profile)
     with pytest.raises(TrajectoryError, match="too fast"):
-        plan_motion(two_link, *ends, schedule=Schedule(shortest * (1 - 1e-8), profile))
+        gd.plan(two_link, *ends, shortest * (1 - 1e-8), profile=profile)
 
 
 def test_limits_are_those_of_the_motion_not_of_its_set_points(two_link):
@@ -175,9 +175,8 @@ def test_limits_are_those_of_the_motion_not_of_its_set_points(two_link):
 
 
 def test_too_fast_names_joint_amount_and_duration(two_link):
-    schedule = Schedule(0.5, "quintic")
     with pytest.raises(TrajectoryError) as caught:
-        plan_motion(two_link, [0, 0], [1, 0.1], schedule=schedule)
+        gd.plan(two_link, [0, 0], [1, 0.1], 0.5, profile="quintic")
     text = str(caught.value)
     # 15/8 rad in 0.5 s is 3.75 rad/s, a quarter above 3; the acceleration 5.774 / 0.25 = 23.09 needs
     # sqrt(0.5774) = 0.76 s for 10.
@@ -185,15 +184,17 @@ def test_too_fast_names_joint_amount_and_duration(two_link):
         assert fact in text
     assert "joint 2" not in text
     with pytest.warns(GdAnalyzeWarning, match=r"joint 1 \(shoulder\).*0.76 s"):
-        planned = plan_motion(two_link, [0, 0], [1, 0.1], schedule=schedule, allow_violations=True)
+        planned = plan_motion(
+            two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5, "quintic"), allow_violations=True
+        )
     assert {v.quantity for v in planned.limits.violations} == {"velocity", "acceleration"}
 
 
 def test_overshoot_past_a_position_limit_is_an_error(two_link):
-    ends = ([0, 0], [0, 0.1], np.deg2rad([[179.0, 0.0], [179.5, 10.0]]))
+    ends, via = ([0, 0], [0, 0.1]), np.deg2rad([[179.0, 0.0], [179.5, 10.0]])
     with pytest.raises(TrajectoryError, match=r"(?s)between its knots.*joint 1.*180 deg"):
-        plan_motion(two_link, *ends, schedule=Schedule(20.0, "cubic"), allow_violations=True)
-    plan_motion(two_link, *ends, schedule=Schedule(20.0, "trapezoidal"))
+        gd.plan(two_link, *ends, 20.0, via=via, profile="cubic", allow_violations=True)
+    gd.plan(two_link, *ends, 20.0, via=via, profile="trapezoidal")
 
 
 @pytest.mark.parametrize("profile", sorted(PROFILES))

@@ -34,9 +34,9 @@ def test_a_box_that_is_assumed(puma):
     joints = (dataclasses.replace(puma.joints[0], velocity_limit=None, upper=None), *puma.joints[1:])
     arm = dataclasses.replace(puma, joints=joints)
     assumed = "a range of +-3.142 rad of joint waist; a velocity of 2 rad/s of joint waist"
-    with pytest.warns(GdAnalyzeWarning, match=re.escape(f"for a box of states, {assumed} is assumed")):
+    with pytest.warns(GdAnalyzeWarning, match=re.escape(assumed)):
         drawn = states_in_box(arm, 500)
-    assert drawn.described["box"].endswith(f"acceleration limits (assumed, as none are stated: {assumed})")
+    assert assumed in drawn.described["box"]
     assert assumed in drawn.in_words
     as_stated = states_in_box(puma, 500)
     np.testing.assert_array_equal(drawn.q[:, 1:], as_stated.q[:, 1:])

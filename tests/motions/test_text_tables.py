@@ -201,9 +201,10 @@ def test_families_of_zeros_are_left_out(read, warned):
     line = "1,2,3,4,0,0,0,0,9,10,11,12,0,0"
     with warned() as texts:
         logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
-    assert texts == ["log log: Torque1, TorqueSm1 ... are 0 throughout; torques taken from TorqueCur1 ..."]
+    (text,) = texts
+    assert all(fact in text for fact in ("Torque1, TorqueSm1 ...", "0 throughout", "from TorqueCur1"))
     np.testing.assert_array_equal(logged.torque[0], [9, 10])
     np.testing.assert_array_equal(logged.time, [0, 0.001])
     why = {use.column: use.why for use in logged.columns}
     assert why["Torque1"] == why["TorqueSm2"] == "0 throughout"
-    assert why["PositionCmptd1"] == "target; measured is used"
+    assert "measured" in why["PositionCmptd1"]

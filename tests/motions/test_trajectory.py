@@ -12,12 +12,14 @@ from scipy.interpolate import make_interp_spline
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.profiles import PROFILES
-from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed, contradictions
+from gd_analyze.motions.velocities import contradictions
 from log_arms import arm_of
 from recordings import Motion, instants
 from strategies import examples
 
 EPS = np.finfo(float).eps
+# Set points of a stretch from which derivatives follow; five are refused below.
+FEWEST = 6
 TIME = np.arange(3.0)
 Q = np.arange(6.0).reshape(3, 2)
 
@@ -68,7 +70,7 @@ def test_impossible_values_are_refused(given_, message):
 
 
 @examples(20)
-@given(st.integers(FEWEST_SET_POINTS, 40), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
+@given(st.integers(FEWEST, 40), st.booleans(), st.booleans(), st.integers(0, 2**32 - 1))
 def test_what_is_left_out_is_derived_as_from_a_file(n_set_points, has_qd, has_qdd, seed):
     # A quarter turn or so per joint in 2 s: smooth, so that these are set points and no readings.
     time, phase = np.linspace(0.0, 2.0, n_set_points), np.random.default_rng(seed).uniform(0, 1, 2)
@@ -112,7 +114,7 @@ def test_from_arrays(two_link):
 
 @given(
     arrays(float, (6, 2), elements=st.floats(-1.0, 1.0)),
-    st.integers(FEWEST_SET_POINTS, 40),
+    st.integers(FEWEST, 40),
     st.floats(0.01, 10.0),
 )
 def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points, duration):
@@ -124,23 +126,28 @@ def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points, 
         / duration**order
         for order in range(3)
     )
-    found_qd, found_qdd, _ = completed(x * duration, q, None, None)
+    found = gd.Trajectory(x * duration, q)
     h = duration / (n_set_points - 1)
-    assert np.abs(found_qd - qd).max() <= 1e5 * EPS * 6 / h
-    assert np.abs(found_qdd - qdd).max() <= 1e5 * EPS * 6 / h**2
-    kept, found_qdd, said = completed(x * duration, q, qd, None)
-    assert kept is qd
-    assert np.abs(found_qdd - qdd).max() <= 1e5 * EPS * 6 * np.abs(qd).max(initial=1.0) / h
-    assert said == "qdd derived: C4 (quintic) spline through the given qd"
+    assert np.abs(found.qd - qd).max() <= 1e5 * EPS * 6 / h
+    assert np.abs(found.qdd - qdd).max() <= 1e5 * EPS * 6 / h**2
+    from_qd = gd.Trajectory(x * duration, q, qd)
+    np.testing.assert_array_equal(from_qd.qd, qd)
+    assert np.abs(from_qd.qdd - qdd).max() <= 1e5 * EPS * 6 * np.abs(qd).max(initial=1.0) / h
+    assert from_qd.derived == ("qdd",)
+    assert from_qd.derivatives_from.endswith("qd")
 
 
 @pytest.mark.parametrize("count", [31_999, 32_000, 32_001, 64_003])
 def test_a_spline_in_blocks_is_the_spline_of_the_whole(count):
     time = np.arange(count) * 1e-3
     q = np.sin(time[:, None] * [1.0, 3.0])
-    qd, qdd, _ = completed(time, q, None, None)
-    _, from_velocities, _ = completed(time, q, qd, None)
-    for found, values, order in ((qd, q, 1), (qdd, q, 2), (from_velocities, qd, 1)):
+    motion = gd.Trajectory(time, q)
+    from_velocities = gd.Trajectory(time, q, motion.qd)
+    for found, values, order in (
+        (motion.qd, q, 1),
+        (motion.qdd, q, 2),
+        (from_velocities.qdd, motion.qd, 1),
+    ):
         whole = make_interp_spline(time, values, k=5).derivative(order)(time)
         # Round-off alone: of values of 1, divided by the time step per derivative.
         assert np.abs(found - whole).max() <= 100 * EPS / 1e-3**order
@@ -150,8 +157,9 @@ def test_a_clock_that_counts_from_1970_costs_nothing():
     # Steps of 1/64 s and a whole number of seconds add without rounding: the results are the same bits.
     time = np.arange(50) / 64
     q = np.sin(3 * time)[:, None]
-    plain, shifted = (completed(time + start, q, None, None)[:2] for start in (0.0, 1.7e9))
-    np.testing.assert_array_equal(plain, shifted)
+    plain, shifted = (gd.Trajectory(time + start, q) for start in (0.0, 1.7e9))
+    np.testing.assert_array_equal(plain.qd, shifted.qd)
+    np.testing.assert_array_equal(plain.qdd, shifted.qdd)
 
 
 ARM = arm_of("1", "2", "3")

@@ -119,7 +119,8 @@ def test_settled_by_options(read, text, picked, joints):
     held = " ".join(arm.assumptions)
     # An arm beside this one hangs on the ground.
     assert ("Held" in held) == (text is not TWO_ARMS and "gripper" not in joints)
-    assert ("elbow at 0.5 rad, follows at -0.9 rad" in held) == (picked == {"lock": ["elbow=0.5"]})
+    is_locked = picked == {"lock": ["elbow=0.5"]}
+    assert ("elbow at 0.5 rad" in held and "follows at -0.9 rad" in held) == is_locked
 
 
 @pytest.mark.parametrize("lock", [["elbow"], ["=1"], ["elbow=90grad"], ["elbow=0", "elbow=1"]])
@@ -177,7 +178,8 @@ def test_the_file_of_moveit(robot, tmp_path):
     assert accelerations(arm) == [7.0, None]
     assert [joint.velocity_limit for joint in arm.joints] == [2.5, 1.0]
     assert [joint.lower for joint in arm.joints] == [-2.0, -2.0]
-    assert arm.assumptions[-1] == "Limits of shoulder, elbow from joint_limits.yaml."
+    assert "shoulder, elbow" in arm.assumptions[-1]
+    assert path.name in arm.assumptions[-1]
     assert accelerations(gd.load_arm(robot, limits=[str(path), "elbow=2"])) == [7.0, 2.0]
 
 
@@ -223,7 +225,7 @@ def test_words_that_are_no_limits(robot, given, fact):
         ("l.yaml", "joint_limits: {elbow: {has_acceleration_limits: true}}", "max_acceleration of joint"),
         ("l.yaml", "joint_limits: {elbow: {max_acceleration: -1}}", "found: -1"),
         ("l.yaml", "joint_limits: {elbow: !!python/object/apply:os.system [id]}", "could not determine"),
-        ("l.yaml", "[" * 5_000, "nested too deep"),
+        ("l.yaml", "[" * 1_500, "nested too deep"),
         ("l.yaml", None, "cannot read the file of limits"),
     ],
 )  # fmt: skip

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from arm_files import link
-from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, GdAnalyzeWarning, UsageError
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.parts import Joint
 from gd_analyze.robots.payload import parse_payload, with_payload
+from gd_analyze.tables import decompose_states
 from gd_analyze.types import RobotArm
 from strategies import arms_with_states, examples, random_inertia
 
@@ -36,7 +36,7 @@ def test_pinocchio_agrees_when_the_body_is_hung_onto_its_model(case, seed):
     loaded = with_payload(arm, mass, place, inertia)
     # Merging rounds some ten times more than either program.
     bound = round_off_bounds(loaded, states.q, states.qd, states.qdd)["torque"]
-    assert np.abs(torque_of(loaded, states, drives=False) - theirs).max() <= 2 * bound
+    assert np.abs(decompose_states(loaded, states, drives=False)["torque"] - theirs).max() <= 2 * bound
     before, after = arm.links[-1], loaded.links[-1]
     assert after.mass == before.mass + mass
     moment = before.mass * before.com + mass * place

@@ -17,7 +17,6 @@ from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, of_point_mass
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
-from gd_analyze.studies.main_job import find
 from gd_analyze.text import LARGEST
 from gd_analyze.types import RobotArm
 from strategies import examples, random_rotation
@@ -310,6 +309,6 @@ def test_a_slip_is_reported_once_by_the_main_job(tmp_path, payload):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         arm = arm if payload is None else with_payload(arm, payload, [0.01, 0.0, 0.0])
-        findings = find(arm, "two-link-swing")
+        findings = gd.analyze(arm, "two-link-swing")
     assert list(findings.warnings) == [str(warning.message) for warning in caught]
     assert len(findings.warnings) == 1

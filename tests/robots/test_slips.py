@@ -206,7 +206,8 @@ def test_a_payload_is_stated_in_the_frame_of_the_tip(tmp_path):
     full = gd.load_arm(tmp_path / "full.urdf")
     bare = gd.load_arm(tmp_path / "bare.urdf", tip="tool")
     ours = with_payload(bare, 5.0, [0.0, 0.02, 0.1], [0.02, 0.03, 0.04, 0.001, 0.0, 0.0])
-    assert "at (0, 0.02, 0.1) m in the frame of tool." in ours.assumptions[-1]
+    assert "(0, 0.02, 0.1) m" in ours.assumptions[-1]
+    assert "frame of tool" in ours.assumptions[-1]
     # Round-off of a few products of numbers up to 1.
     np.testing.assert_allclose(ours.links[-1].com, full.links[-1].com, atol=1e-14)
     np.testing.assert_allclose(ours.links[-1].inertia_com, full.links[-1].inertia_com, atol=1e-14)

@@ -181,7 +181,7 @@ def test_limits_that_are_unknown(tmp_path):
     assert [str(warning.message) for warning in caught] == list(arm.doubts)
     (doubt,) = arm.doubts
     assert "robot.urdf: " in doubt
-    assert "one (line 7), two (line 8)" in doubt
+    assert all(fact in doubt for fact in ("one (line 7)", "two (line 8)"))
     assert [(j.lower, j.upper) for j in arm.joints] == [(None, None)] * 4
     assert [j.velocity_limit for j in arm.joints] == [None, None, None, 2.0]
     assert [drive.torque_limit for drive in arm.drives] == [3.0, None, None, None]
@@ -190,8 +190,8 @@ def test_limits_that_are_unknown(tmp_path):
 
 def test_masses_that_are_none_are_doubted(arm_of):
     arm, _ = arm_of(two_joints().replace('mass value="2.0"', 'mass value="0"').replace('"1.0"', '"0"'))
-    assert any("no link has any mass" in text for text in arm.doubts)
-    assert any("line 3, " in text and "upper has inertia without mass" in text for text in arm.doubts)
+    assert any("no link" in text and "mass" in text for text in arm.doubts)
+    assert any("line 3, " in text and "upper has inertia" in text for text in arm.doubts)
 
 
 def right_angled(right: str, other: str) -> str:
@@ -225,8 +225,8 @@ def test_right_angles_of_few_digits_are_made_right(arm_of, right):
 @pytest.mark.parametrize(("right", "off"), [("1.57", "0.0008"), ("1.571", "0.0002")])
 def test_angles_that_may_be_right_are_doubted_and_taken_as_written(arm_of, right, off):
     arm, path = arm_of(right_angled(right, "3.14"))
-    assert f"line 8, column 34: an angle of {right} is {off} rad off" in arm.doubts[0]
-    assert any("an angle of 3.14 is 0.002 rad off" in doubt for doubt in arm.doubts)
+    assert all(fact in arm.doubts[0] for fact in ("line 8, column 34", f" {right} ", f" {off} rad"))
+    assert any(" 3.14 is 0.002 rad" in doubt for doubt in arm.doubts)
     assert_same_torque(path, arm, random_states(4, 20, 2))
 
 
