@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,15 +15,17 @@ import numpy as np
 from changes import Stage, text_format
 from hostile_values import RAW, number, text
 
-from gd_analyze import Trajectory, load_arm, read_trajectory
+from gd_analyze import Trajectory, load_arm, read_trajectory, write_trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.trajectory import GAP, trajectory_csv
 
 ARM = load_arm("two_link")
 # Digits, a point and an exponent in ASCII: whatever else Python's float takes is no number in a CSV file.
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 HEADERS = ["time", "q0", "q3", "q1_deg", "q2_DEG", "QD1", "qd2_deg", "qdd1_deg", "t", "time_ms", "joint_1"]
 LOGS = ["actual_q_0", "joint_pos_1", "shoulder velocity", "Timestamp [s]", "tau1", "wrist_3_joint", "acc_02"]
+
+# A line of its own where the motion between the set points above and below is unknown.
+GAP = "# gap"
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,10 @@ def use(read: Any) -> None:
         return  # read as a log, which has other units, names and rows
     for name, said in _said(text).items():
         assert np.array_equal(said, _held(trajectory, name)), f"another {name} than the file says"
-    written = trajectory_csv(trajectory).splitlines()[1:]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "written.csv"
+        write_trajectory(trajectory, path)
+        written = path.read_text(encoding="utf-8").splitlines()[1:]
     lines = [line for line in written if line != GAP]
     assert len(written) - len(lines) == len(trajectory.gaps), "other gaps when written"
     again = np.array([[float(cell) for cell in line.split(",")] for line in lines])

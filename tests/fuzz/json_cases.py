@@ -21,9 +21,8 @@ from gd_analyze.operations.program import plain_program
 from gd_analyze.robots.description import arm_from_description, fingerprint
 from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.model_file import _digest
 from gd_analyze.types import LEVELS, SimplifiedModel
-from made_models import exact_model
+from made_models import exact_model, signed
 from recordings import swung
 
 
@@ -48,8 +47,7 @@ BASES = _bases()
 def _signed(text: str) -> str:
     """The same with the digest of its content, as its parser understands numbers and keys said twice."""
     with suppress(TypeError, ValueError, RecursionError):
-        plain = json.loads(text)
-        return json.dumps(plain | {"digest": _digest(plain)}, indent=0)
+        return json.dumps(signed(json.loads(text)), indent=0)
     return text
 
 

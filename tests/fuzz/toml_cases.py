@@ -15,9 +15,9 @@ from changes import Stage, text_format
 from hostile_values import Raw
 from tree_changes import TREE_CHANGES
 
+from gd_analyze import load_arm
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import data_folder
-from gd_analyze.robots.arm_file import read_arm
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
 from gd_analyze.tables import decompose_states, states_in_box
@@ -160,7 +160,7 @@ def use(arm: RobotArm) -> None:
         again = arm_from_description(describe_in_full(arm))
         path = Path(folder) / "written.toml"
         path.write_text(toml_of(arm), encoding="utf-8")
-        written = read_arm(path)
+        written = load_arm(path)
         drawn = states_in_box(arm, 3)
     assert fingerprint(again) == fingerprint(arm), "another arm by its description"
     assert fingerprint(written, drives) == fingerprint(arm, drives), "another arm by its TOML"
@@ -181,4 +181,4 @@ def use(arm: RobotArm) -> None:
     assert (np.abs(sum(loads) - found["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
 
 
-FORMAT = text_format(BASES, STAGES, read_arm, use)
+FORMAT = text_format(BASES, STAGES, load_arm, use)

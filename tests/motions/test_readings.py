@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
 from gd_analyze.motions.cutoff import passed
-from gd_analyze.motions.logged import Log, noise_of, smoothed
+from gd_analyze.motions.logged import noise_of, smoothed
 from recordings import Motion, instants, readings, rms
 
 SECONDS = 15.0
@@ -33,7 +33,7 @@ def log_of(motion, rate=125.0, deviation=1e-4, jitter=0.0, seed=0, **more):
 def rows_at(time, **treatment):
     """The motion of a log whose positions are the numbers of its rows."""
     rows = np.arange(float(len(time)))[:, None] * [1.0, 0.0]
-    log = Log(np.asarray(time, dtype=float), rows, 0 * rows, None, None, measured=False)
+    log = readings(np.asarray(time, dtype=float), rows, qd=0 * rows, measured=False)
     return made(log, **treatment)
 
 
@@ -350,7 +350,7 @@ def test_the_noise_left_is_what_is_stated(seed, rate, fine):
     assert 0.7 < left / (deviation * np.sqrt(omega**5 / rate / 18)) < 1.6
 
 
-def drawn(seed: int) -> tuple[Log, gd.types.Treatment]:
+def drawn(seed):
     """Readings of any number, rate and size; stamps shaken, rounded, torn, shuffled or of a date; holes."""
     rng = np.random.default_rng(seed)
     count, rate = int(rng.choice([1, 2, 16, 17, 40, 100, 400])), 10.0 ** rng.uniform(-3, 5)
@@ -375,7 +375,8 @@ def drawn(seed: int) -> tuple[Log, gd.types.Treatment]:
     cutoff = 10.0 ** rng.uniform(-6, 2) if rng.random() < 0.2 else None
     gap = 10.0 ** rng.uniform(-3, 9) if rng.random() < 0.2 else None
     measured = bool(rng.random() < 0.8)
-    return Log(time, q, qd, qdd, torque, measured), gd.types.Treatment(cutoff=cutoff, largest_gap=gap)
+    log = readings(time, q, qd=qd, qdd=qdd, torque=torque, measured=measured)
+    return log, gd.types.Treatment(cutoff=cutoff, largest_gap=gap)
 
 
 def test_whatever_is_logged_is_a_motion_or_an_error(two_link):
