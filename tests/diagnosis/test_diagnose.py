@@ -231,7 +231,7 @@ def test_nothing_is_wrong(robot, good, two_link):
     assert found.tells
     assert 0.0 < found.before.off < 0.4
     assert found.ranking
-    assert all(one.fall <= SETTINGS.margin for one in found.ranking)
+    assert all(one.fall <= SETTINGS.clear_fall for one in found.ranking)
 
 
 def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
@@ -340,8 +340,8 @@ def test_errors_of_a_file_are_its_derivatives(puma):
     errors = file_errors(puma, SETTINGS)
     before = parameters_of(puma)[2]
     link, small = puma.links[2], 1e-6
-    heavier = replace(link, mass=link.mass * (1.0 + small * SETTINGS.mass))
-    moved = small * (SETTINGS.lever * abs(link.com[1]) + SETTINGS.lever_m)
+    heavier = replace(link, mass=link.mass * (1.0 + small * SETTINGS.mass_error))
+    moved = small * (SETTINGS.com_error * abs(link.com[1]) + SETTINGS.com_error_m)
     shifted = replace(link, com=link.com + np.array([0.0, moved, 0.0]))
     for k, changed in ((0, heavier), (2, shifted)):
         arm = replace(puma, links=(*puma.links[:2], changed, *puma.links[3:]))

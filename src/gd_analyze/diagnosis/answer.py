@@ -59,9 +59,8 @@ def answer(diagnosis: Diagnosis) -> str:
         message = "There is too little motion to say anything: friction alone explains the torques as well."
         return " ".join([message, *texts])
     n = diagnosis.arm.n_joints
-    poor = [
-        i for i in diagnosis.problem.moving if diagnosis.before.residuals[i] > diagnosis.problem.settings.left
-    ]
+    most = diagnosis.problem.settings.most_residual_share
+    poor = [i for i in diagnosis.problem.moving if diagnosis.before.residuals[i] > most]
     if poor:
         missed = ", ".join(percent(float(diagnosis.before.residuals[i])) for i in poor)
         follows = dict(zip(range(n), what_remains_follows(diagnosis.problem), strict=True))

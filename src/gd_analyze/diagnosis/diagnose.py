@@ -122,7 +122,7 @@ class Diagnosis:
     @property
     def is_far_off(self) -> bool:
         """Whether links must be off by more than a file's usually are, with the causes, too."""
-        return self.after.changed > self.problem.settings.changed
+        return self.after.changed > self.problem.settings.most_changes
 
 
 @one_thread()
@@ -205,23 +205,23 @@ def diagnosed(
         names = tuple(motion.name for motion in motions)
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     tells = _tells(problem)
-    ranking = _ranked(problem) if thorough or not tells or is_left(problem.null, settings) else []
+    ranking = _ranked(problem) if thorough or not tells or is_unexplained(problem.null, settings) else []
     causes: list[Candidate] = []
     rivals: list[Candidate] = []
     corrected, ranked = problem, ranking
-    while ranked and is_clear(ranked[0], settings) and len(causes) < settings.causes:
+    while ranked and is_clear(ranked[0], settings) and len(causes) < settings.most_causes:
         best = ranked[0]
         causes.append(best)
         if len(causes) == 1:
             rivals = [
                 candidate
                 for candidate in ranked[1:]
-                if candidate.fall > best.fall - settings.alike
+                if candidate.fall > best.fall - settings.alike_fall
                 and is_clear(candidate, settings)
                 and candidate.name != best.name
             ]
         corrected = Problem(problem.samples, best.correction, settings)
-        if not is_left(corrected.null, settings):
+        if not is_unexplained(corrected.null, settings):
             break
         ranked = [
             candidate
@@ -246,12 +246,13 @@ def diagnosed(
 def is_clear(cause: Candidate, settings: DiagnosisSettings) -> bool:
     """Whether the score falls by enough to claim a cause."""
     assert cause.fit is not None  # judged
-    return cause.fall > settings.margin + settings.misfit * cause.fit.unexplained
+    return cause.fall > settings.clear_fall + settings.clear_fall_share * cause.fit.unexplained
 
 
-def is_left(fit: FileFit, settings: DiagnosisSettings) -> bool:
+def is_unexplained(fit: FileFit, settings: DiagnosisSettings) -> bool:
     """Whether more is to be explained than a file is usually off by."""
-    return fit.changed > settings.changed or bool(np.nanmax(fit.residuals, initial=0.0) > settings.left)
+    largest_residual = float(np.nanmax(fit.residuals, initial=0.0))
+    return fit.changed > settings.most_changes or largest_residual > settings.most_residual_share
 
 
 def _ranked(problem: Problem) -> list[Candidate]:
@@ -262,7 +263,7 @@ def _ranked(problem: Problem) -> list[Candidate]:
         alike = [
             candidate
             for candidate in candidates
-            if candidate.fall > candidates[0].fall - problem.settings.known
+            if candidate.fall > candidates[0].fall - problem.settings.known_advantage
         ]
         simplest = min(alike, key=lambda candidate: candidate.numbers)
         candidates.remove(simplest)
@@ -273,7 +274,7 @@ def _ranked(problem: Problem) -> list[Candidate]:
 def _tells(problem: Problem) -> bool:
     """Whether it would be noticed if the arm weighed next to nothing, so that friction alone remained."""
     light = problem.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(problem.n))
-    return problem.score(light) > problem.settings.margin
+    return problem.score(light) > problem.settings.clear_fall
 
 
 def _settled(motion: Trajectory) -> Array:

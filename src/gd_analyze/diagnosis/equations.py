@@ -112,10 +112,10 @@ def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     for i, link in enumerate(arm.links):
         mass, com = link.mass, link.com
         zeros = np.zeros((3, 3))
-        out[i, :, 0] = settings.mass * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
+        out[i, :, 0] = settings.mass_error * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
         for axis in range(3):
             moved = np.zeros(3)
-            moved[axis] = settings.lever * abs(com[axis]) + settings.lever_m
+            moved[axis] = settings.com_error * abs(com[axis]) + settings.com_error_m
             # Of (com + moved) less that of com, to first order.
             products = np.outer(com, moved) + np.outer(moved, com)
             steiner = mass * (np.trace(products) * np.eye(3) - products)
@@ -124,7 +124,7 @@ def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
         moments = np.maximum(np.diag(link.inertia_com), least)
         for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             tensor = zeros.copy()
-            tensor[a, b] = tensor[b, a] = settings.inertia * np.sqrt(moments[a] * moments[b])
+            tensor[a, b] = tensor[b, a] = settings.inertia_error * np.sqrt(moments[a] * moments[b])
             out[i, :, 4 + k] = inertial_parameters(0.0, np.zeros(3), tensor)
     return out
 

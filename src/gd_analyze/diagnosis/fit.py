@@ -59,15 +59,15 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
     """Fit to torques that a matrix makes of those logged, (n, n)."""
     n, shared = equations.n_joints, equations.shared
     end = shared + NUMBERS_OF_JOINT
-    used = equations.counts.min(axis=0) >= settings.fewest
-    # Right-hand side: corrected torques less the file's.
+    used = equations.counts.min(axis=0) >= settings.fewest_samples
+    # The target is corrected torques less the file's.
     targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
-    target = np.einsum("icd,id->ic", equations.fitted[:, :, end:], targets)
-    square = np.einsum("id,idc,ic->i", targets, equations.fitted[:, end:, end:], targets)
+    target, square = _right_hand_side(equations.fitted, targets, end)
     torque_squares = np.einsum("id,ide,ie->i", torque, equations.total[:, end + 1 :, end + 1 :], torque)
-    size = torque_squares / np.maximum(equations.counts.sum(axis=0), 1.0)
-    least = settings.floor**2 * size + np.finfo(float).tiny
-    weight = np.minimum(settings.evidence, equations.counts.sum(axis=0) / settings.samples_each) * used
+    counts = equations.counts.sum(axis=0)
+    size = torque_squares / np.maximum(counts, 1.0)
+    least = settings.least_residual_share**2 * size + np.finfo(float).tiny
+    weight = np.minimum(settings.most_weight, counts / settings.samples_per_weight) * used
     free = [(True,) * NUMBERS_OF_JOINT] * n
     noise = np.maximum(_SETTINGS.first_noise_share * size, least)
     changes: FloatArray = np.zeros(shared)
@@ -98,27 +98,32 @@ def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSetting
         noise = mean + least
         if (np.abs(noise - before) < _SETTINGS.settled_change * before)[used].all():
             break
-    square = np.einsum("id,idc,ic->i", targets, equations.scored[:, end:, end:], targets)
-    target = np.einsum("icd,id->ic", equations.scored[:, :, end:], targets)
+    target, square = _right_hand_side(equations.scored, targets, end)
     squares = _squares(equations.scored, square, target, changes, joint_numbers)
     mean = squares / np.maximum(equations.counts[1], 1.0)
     # Torques are measured in units of those logged, so that no unit matters.
     logged = np.einsum("ijj->ij", equations.total[:, end + 1 :, end + 1 :])[np.arange(n), np.arange(n)]
-    unit = np.where(used, logged / np.maximum(equations.counts.sum(axis=0), 1.0), 1.0) + np.finfo(float).tiny
+    unit = np.where(used, logged / np.maximum(counts, 1.0), 1.0) + np.finfo(float).tiny
     score = float((weight * np.log((mean + least) / unit))[used].sum())
     score -= _density(torque, weight, used) - float(changes @ changes)
     with np.errstate(divide="ignore", invalid="ignore"):
         residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
     return FileFit(
-        score,
-        unexplained,
-        residuals,
-        float(changes @ changes),
-        _off(equations, changes, used),
-        changes,
-        joint_numbers,
+        score=score,
+        unexplained=unexplained,
+        residuals=residuals,
+        changed=float(changes @ changes),
+        off=_off(equations, changes, used),
+        shared=changes,
+        joint_numbers=joint_numbers,
     )
+
+
+def _right_hand_side(sums: FloatArray, targets: FloatArray, end: int) -> tuple[FloatArray, FloatArray]:
+    """Products of all columns with the target, (n, c), and the target's square, (n,)."""
+    products = np.einsum("icd,id->ic", sums[:, :, end:], targets)
+    return products, np.einsum("id,idc,ic->i", targets, sums[:, end:, end:], targets)
 
 
 def _squares(
@@ -144,13 +149,9 @@ def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
 
 
 def _off(equations: TorqueSums, changes: FloatArray, used: Array) -> float:
-    shared = equations.shared
+    """Torque of the links' changes over the file's torque, as RMS."""
+    shared, counts = equations.shared, equations.counts.sum(axis=0)[used]
     file = equations.total[used, shared + NUMBERS_OF_JOINT, shared + NUMBERS_OF_JOINT]
     moved = (equations.total[used][:, :shared, :shared] @ changes) @ changes
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(
-            np.sqrt(
-                np.sum(moved / equations.counts.sum(axis=0)[used])
-                / np.sum(file / equations.counts.sum(axis=0)[used])
-            )
-        )
+        return float(np.sqrt(np.sum(moved / counts) / np.sum(file / counts)))

@@ -62,9 +62,9 @@ class Problem:
             return self
         chosen = np.zeros(count, dtype=bool)
         chosen[step // 2 :: step] = True
-        fewest = max(self.settings.fewest // step, 4)
+        fewest = max(self.settings.fewest_samples // step, 4)
         return Problem(
-            self.samples.at(chosen), self.correction.at(chosen), replace(self.settings, fewest=fewest)
+            self.samples.at(chosen), self.correction.at(chosen), replace(self.settings, fewest_samples=fewest)
         )
 
     def fit(self, correction: Correction) -> FileFit:
@@ -110,7 +110,7 @@ class Problem:
 
     def helps(self, score: float) -> bool:
         """Whether a score by few samples makes a closer look worth while."""
-        return score < -self.settings.worth
+        return score < -self.settings.worthwhile_fall
 
     @cached_property
     def _thinned(self) -> Array:
@@ -163,8 +163,8 @@ class Hypothesis(ABC):
         """Candidates with fit and fall of the score, the best first."""
         settings, out = problem.settings, []
         for candidate in self.candidates(problem):
-            cost = settings.per_number * candidate.numbers
-            cost += settings.per_alternative * np.log(candidate.alternatives) + candidate.rare
+            cost = settings.cost_per_number * candidate.numbers
+            cost += settings.cost_per_alternative * np.log(candidate.alternatives) + candidate.rare
             fall = -(problem.score(candidate.correction) + cost)
             out.append(replace(candidate, fit=problem.fit(candidate.correction), fall=float(fall)))
         return sorted(out, key=lambda candidate: -candidate.fall)

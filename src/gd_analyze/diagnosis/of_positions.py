@@ -58,13 +58,13 @@ class Zero(Hypothesis):
 
     name = "zero of a joint"
     # Coarser steps miss the valley of a joint that carries much.
-    _STEP = np.pi / 5.0
+    _STEP_OF_TURN = np.pi / 5.0
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
         correction, settings = problem.correction, problem.settings
         joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
-        angles = self._STEP * np.arange(1, round(2.0 * np.pi / self._STEP))
+        angles = self._STEP_OF_TURN * np.arange(1, round(2.0 * np.pi / self._STEP_OF_TURN))
         scores: dict[int, tuple[float, float]] = {}
         for i in joints:
             tried_scores = problem.roughly(correction.with_offset(i, float(a)) for a in angles)
@@ -77,12 +77,12 @@ class Zero(Hypothesis):
             def turned(angle: float, joint: int = i) -> Correction:
                 return correction.with_offset(joint, angle)
 
-            rough_angle = problem.along(turned, near - self._STEP, near + self._STEP, 9)
+            rough_angle = problem.along(turned, near - self._STEP_OF_TURN, near + self._STEP_OF_TURN, 9)
             angle = self._refined(problem, i, rough_angle)
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
             right_angled = correction.with_offset(i, float(right))
             is_known = right % (2.0 * np.pi) > 0.1 and problem.score(right_angled) < (
-                problem.score(correction.with_offset(i, angle)) + settings.known
+                problem.score(correction.with_offset(i, angle)) + settings.known_advantage
             )
             angle = float(right) if is_known else angle
             text = degrees(angle)
@@ -111,7 +111,7 @@ class ZeroOfSlide(Hypothesis):
 
     name = "zero of a joint"
     # Steps of a search from one end of the travel to the other.
-    _STEPS = 12
+    _STEPS_OF_TRAVEL = 12
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best prismatic joint."""
@@ -123,9 +123,10 @@ class ZeroOfSlide(Hypothesis):
             joint = arm.joints[i]
             ends = (end for end in (joint.lower, joint.upper) if end is not None and np.isfinite(end))
             travel = max((abs(end) for end in ends), default=arm.reach or 1.0)
-            lengths = np.delete(travel * np.linspace(-1.0, 1.0, self._STEPS + 1), self._STEPS // 2)
+            count = self._STEPS_OF_TRAVEL
+            lengths = np.delete(travel * np.linspace(-1.0, 1.0, count + 1), count // 2)
             scores = problem.roughly(correction.with_offset(i, float(x)) for x in lengths)
-            step = 2.0 * travel / self._STEPS
+            step = 2.0 * travel / count
             best.append((float(scores.min()), i, float(lengths[int(scores.argmin())]), step))
         for score, i, near, step in sorted(best)[:1]:
             if not problem.helps(score):
@@ -175,7 +176,7 @@ class Coupling(Hypothesis):
 
     name = "coupled joints"
     _HAS_PARALLEL_AXES = True  # whether the axes of the pairs are parallel
-    _RARE = 0.0  # cost of the cause
+    _RARITY_COST = 0.0  # cost of the cause
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
@@ -201,7 +202,7 @@ class Coupling(Hypothesis):
                 couple(i, j, sign),
                 corrections[k],
                 alternatives=len(pairs),
-                rare=self._RARE,
+                rare=self._RARITY_COST,
             )
 
 
@@ -209,7 +210,7 @@ class WristCoupling(Coupling):
     """A joint moves its neighbour across: motors that drive two joints of a wrist."""
 
     # Torque of one joint that a neighbour's sensor feels looks alike, as in a Panda's log (a fall of 120).
-    _HAS_PARALLEL_AXES, _RARE = False, 150.0
+    _HAS_PARALLEL_AXES, _RARITY_COST = False, 150.0
 
 
 def parallel_to_next(arm: RobotArm) -> list[bool]:
@@ -226,7 +227,7 @@ class TimeUnit(Hypothesis):
     """Time is in another unit, or runs at another pace."""
 
     name = "unit of time"
-    _KNOWN = (1e3, 1e-3, 60.0, 10.0, 0.1)
+    _KNOWN_PACES = (1e3, 1e-3, 60.0, 10.0, 0.1)
     _FEWEST_JOINTS = 2  # least joints whose velocity columns have one factor
     _LARGEST_SPREAD = 0.2  # of these factors, as a share of their median
 
@@ -238,7 +239,7 @@ class TimeUnit(Hypothesis):
             return  # velocities are as logged times and positions say
         if factor is not None:
             yield self._candidate(problem, 1.0 / (factor * correction.pace), 0, 1, _SAID_BY_VELOCITIES)
-        paces = [*self._KNOWN, 0.3, 0.6, 1.7, 3.5]
+        paces = [*self._KNOWN_PACES, 0.3, 0.6, 1.7, 3.5]
         corrections = [replace(correction, pace=correction.pace * pace) for pace in paces]
         scores = problem.roughly(corrections)
         k = int(np.argmin(scores))
@@ -253,13 +254,13 @@ class TimeUnit(Hypothesis):
                 )
             )
         )
-        is_known = pace in self._KNOWN and problem.score(corrections[k]) < (
-            problem.score(replace(correction, pace=correction.pace * free)) + settings.known
+        is_known = pace in self._KNOWN_PACES and problem.score(corrections[k]) < (
+            problem.score(replace(correction, pace=correction.pace * free)) + settings.known_advantage
         )
         pace = pace if is_known else free
         if 0.8 < pace < 1.25:
             return
-        yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN) if is_known else 1)
+        yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN_PACES) if is_known else 1)
 
     def _candidate(
         self, problem: Problem, pace: float, numbers: int, alternatives: int, reason: str = ""

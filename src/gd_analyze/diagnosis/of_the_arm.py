@@ -76,7 +76,7 @@ class Gravity(Hypothesis):
         )
         sentence, g = directions[k]
         leaning, score = self._leaning(problem, [down, g / size][: 1 + problem.helps(scores[k])], size)
-        if problem.score(corrections[k]) < score + problem.settings.known:
+        if problem.score(corrections[k]) < score + problem.settings.known_advantage:
             yield Candidate(
                 self.name,
                 sentence,

@@ -84,8 +84,8 @@ class TorqueScale(Hypothesis):
         scores = {factor: score(np.log(factor)) for factor in FACTORS}
         unit = min(scores, key=lambda factor: scores[factor])
         free = float(np.exp(_least(score, np.log(_ratio_of(problem)))))
-        cost = problem.settings.per_number
-        is_known = scores[unit] < score(np.log(free)) + problem.settings.known - cost
+        cost = problem.settings.cost_per_number
+        is_known = scores[unit] < score(np.log(free)) + problem.settings.known_advantage - cost
         factor = unit if is_known else free
         if is_known:
             sentence = (
@@ -122,7 +122,8 @@ class JointScale(Hypothesis):
         def deviation(factors: FloatArray) -> float:
             # Joints of which a log tells little have a factor like the others'.
             logarithms = np.log(factors[problem.moving])
-            return float(np.square((logarithms - np.median(logarithms)) / problem.settings.constants).sum())
+            deviations = (logarithms - np.median(logarithms)) / problem.settings.constants_deviation
+            return float(np.square(deviations).sum())
 
         ratios = np.array([_ratio_of(problem, i) for i in range(n)])
         best: dict[int, tuple[float, float]] = {}

@@ -82,7 +82,7 @@ def samples_of(
     slowest = np.full(n, np.inf)
     for k, (log, moves) in enumerate(zip(logs, moving, strict=True)):
         rows = np.flatnonzero(moves.any(axis=1))
-        rows = rows[evenly(len(rows), max(round(settings.samples * len(rows) / max(total, 1)), 1))]
+        rows = rows[evenly(len(rows), max(round(settings.samples_of_logs * len(rows) / max(total, 1)), 1))]
         place = np.arange(len(rows)) * settings.stretches // max(len(rows), 1)
         torque = filtered_torque(log)[rows]
         values = {
@@ -104,7 +104,7 @@ def samples_of(
     samples = Samples(arm, tuple(logs), slowest=slowest, **joined)
     enough = [
         min((samples.counts[samples.scored == is_scored]).sum(axis=0)[i] for is_scored in (False, True))
-        >= settings.fewest
+        >= settings.fewest_samples
         for i in range(n)
     ]
     samples.counts[:, ~np.array(enough)] = False

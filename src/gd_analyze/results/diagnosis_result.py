@@ -67,8 +67,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "logs": "\n".join(diagnosis.logs),
         "tells": int(diagnosis.tells),
         "masses_off": diagnosis.after.off if is_compared else 0.0,
-        "margin": problem.settings.margin,
-        "misfit": problem.settings.misfit,
+        "margin": problem.settings.clear_fall,
+        "misfit": problem.settings.clear_fall_share,
     }
     return table("diagnosis", values, arm.is_revolute, attrs=attributes)
 
