@@ -74,68 +74,70 @@ def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], l
 
 
 def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
-    is_finite = np.isfinite(torque)
-    name, while_moving = f"The torque of joint {joint + 1}", moves & is_finite
-    values = torque[while_moving]
+    """Faults of a joint's torque, and the readings of each, (N,)."""
+    values = torque[moves & np.isfinite(torque)]
     if not len(values) or np.ptp(values) <= 1e-9 * np.abs(values).max(initial=0.0):
-        level = "0" if not values.any() else "constant"
-        yield (
-            Fault(
-                "dead column",
-                joint,
-                f"{name} is {level} while it moves",
-                f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out",
-                1.0,
-            ),
-            np.ones(len(torque), dtype=bool),
-        )
+        yield _dead(values, joint), np.ones(len(torque), dtype=bool)
         return
     runs = _runs(torque)
-    top, bottom = np.nanmax(torque), np.nanmin(torque)
-    at_end = (torque == top) | (torque == bottom)
+    at_end = (torque == np.nanmax(torque)) | (torque == np.nanmin(torque))
     clipped = at_end & (runs >= _SETTINGS.shortest_clipped_run) & moves
     if clipped.sum() > _SETTINGS.clipped_share * moves.sum():
-        share = float(clipped.sum() / moves.sum())
-        ends = ", ".join(number(float(end)) for end in (bottom, top) if (clipped & (torque == end)).any())
-        yield (
-            Fault(
-                "clipped torque",
-                joint,
-                f"{name} is clipped at {ends} in {percent(share)} of its readings",
-                "record with a wider range, or more slowly; identify with what is not clipped",
-                share,
-            ),
-            at_end,
-        )
+        yield _clipped(torque, clipped, float(clipped.sum() / moves.sum()), joint), at_end
     shortest_run = max(_SETTINGS.frozen_share * len(torque), _SETTINGS.shortest_frozen_run)
     frozen = (runs >= shortest_run) & moves & ~at_end
     if frozen.sum() >= shortest_run:
-        begin, end = log.time[np.flatnonzero(frozen)[[0, -1]]].tolist()
-        yield (
-            Fault(
-                "frozen column",
-                joint,
-                f"{name} is frozen from {number(begin)} to {number(end)} s",
-                f"leave these rows out, {number(begin)} to {number(end)} s",
-                float(frozen.mean()),
-            ),
-            frozen,
-        )
+        yield _frozen(log.time, frozen, joint), frozen
     spikes = _spikes(torque)
     if 0 < spikes.sum() <= _SETTINGS.most_spikes_share * len(torque):
-        share = float(spikes.mean())
-        count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
-        times = ", ".join(number(float(t)) for t in log.time[np.flatnonzero(spikes)[:3]])
-        yield (
-            Fault(
-                "spikes",
-                joint,
-                f"{name} jumps away and back {count} (first at {times} s)",
-                "leave these rows out, or log without lost messages",
-                share,
-            ),
-            spikes,
-        )
+        yield _jumping(log.time, spikes, joint), spikes
+
+
+def _dead(values: FloatArray, joint: int) -> Fault:
+    level = "constant" if values.any() else "0"
+    return Fault(
+        "dead column",
+        joint,
+        f"The torque of joint {joint + 1} is {level} while it moves",
+        f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out",
+        1.0,
+    )
+
+
+def _clipped(torque: FloatArray, clipped: Array, share: float, joint: int) -> Fault:
+    values = torque[clipped]
+    ends = ", ".join(number(float(end)) for end in (np.nanmin(torque), np.nanmax(torque)) if end in values)
+    return Fault(
+        "clipped torque",
+        joint,
+        f"The torque of joint {joint + 1} is clipped at {ends} in {percent(share)} of its readings",
+        "record with a wider range, or more slowly; identify with what is not clipped",
+        share,
+    )
+
+
+def _frozen(time: FloatArray, frozen: Array, joint: int) -> Fault:
+    begin, end = time[np.flatnonzero(frozen)[[0, -1]]].tolist()
+    rows = f"{number(begin)} to {number(end)} s"
+    return Fault(
+        "frozen column",
+        joint,
+        f"The torque of joint {joint + 1} is frozen from {rows}",
+        f"leave these rows out, {rows}",
+        float(frozen.mean()),
+    )
+
+
+def _jumping(time: FloatArray, spikes: Array, joint: int) -> Fault:
+    count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
+    instants = ", ".join(number(float(t)) for t in time[np.flatnonzero(spikes)[:3]])
+    return Fault(
+        "spikes",
+        joint,
+        f"The torque of joint {joint + 1} jumps away and back {count} (first at {instants} s)",
+        "leave these rows out, or log without lost messages",
+        float(spikes.mean()),
+    )
 
 
 def _of_velocities(log: Trajectory) -> Iterator[Fault]:

@@ -184,5 +184,6 @@ def inverse(matrix: FloatArray) -> FloatArray:
 
 def swapped(n: int, i: int, j: int) -> FloatArray:
     """Matrix that exchanges two of n joints."""
-    out = np.eye(n)
-    return out[[j if k == i else i if k == j else k for k in range(n)]]
+    order = list(range(n))
+    order[i], order[j] = j, i
+    return np.eye(n)[order]

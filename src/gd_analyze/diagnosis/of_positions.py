@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -182,13 +182,11 @@ class Coupling(Hypothesis):
         """The best pair of neighbours, torques by the transposed inverse."""
         correction, corrections, turns = problem.correction, [], problem.arm.is_revolute
         parallel = parallel_to_next(problem.arm)
-        pairs = [
-            (i, j, sign)
-            for i in problem.moving
-            for j in problem.moving
-            if abs(i - j) == 1 and turns[i] and turns[j] and parallel[min(i, j)] == self._HAS_PARALLEL_AXES
-            for sign in (1.0, -1.0)
-        ]
+        pairs = []
+        for i, j in permutations(problem.moving, 2):
+            are_neighbours = abs(i - j) == 1 and turns[i] and turns[j]
+            if are_neighbours and parallel[min(i, j)] == self._HAS_PARALLEL_AXES:
+                pairs += [(i, j, 1.0), (i, j, -1.0)]
         for i, j, sign in pairs:
             matrix = np.eye(problem.n)
             matrix[i, j] = sign

@@ -275,8 +275,10 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
         order = sorted(np.argwhere(row).tolist(), key=lambda place: place != [link, kind])
         name = PARAMETER_KINDS[kind]
         symbol, number = f"{name.upper()}{joined((link,))}", _added(row * effects)
-        is_mass = name == "m" or (name == "J" and not arm.is_revolute[link])
-        unit = "kg" if is_mass else "kg m" if name[0] == "m" else "kg m^2"
+        if name == "m" or (name == "J" and not arm.is_revolute[link]):
+            unit = "kg"
+        else:
+            unit = "kg m" if name[0] == "m" else "kg m^2"
         translation, rotation, drive = (_added(row * effect) for effect in effects)
         shares = tuple(Share(float(row[s, k]), PARAMETER_KINDS[k], s + 1) for s, k in order)
         parameter = BaseParameter(symbol, link + 1, name, unit, number, translation, rotation, drive, shares)

@@ -65,14 +65,13 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
         "torque": part.torque.values - (part.drive_torque.values if "drive_torque" in part else 0.0),
     }
     bounds = round_off_bounds(arm, *states)
-    residuals = tuple(
-        Residual(
-            name, float(np.abs(computed[name] - reference)[..., units == unit].max()), bounds[name], unit
-        )
-        for name, reference in pinocchio_dynamics(arm, *states).items()
-        for units in [quantity_units("inertia" if name == "inertia" else "effort", arm.is_revolute)]
-        for unit in dict.fromkeys(units.ravel().tolist())
-    )
+    residuals = []
+    for name, reference in pinocchio_dynamics(arm, *states).items():
+        difference = np.abs(computed[name] - reference)
+        units = quantity_units("inertia" if name == "inertia" else "effort", arm.is_revolute)
+        for unit in dict.fromkeys(units.ravel().tolist()):
+            largest = float(difference[..., units == unit].max())
+            residuals.append(Residual(name, largest, bounds[name], unit))
     for residual in residuals:
         if not residual.largest <= residual.bound:
             raise GdAnalyzeError(
@@ -82,7 +81,7 @@ def cross_check(arm: RobotArm, dataset: xr.Dataset) -> tuple[Residual, ...]:
                 found=f"{residual.largest:.1e} {residual.unit}",
                 next_step="please report this with the arm file and the trajectory",
             )
-    return residuals
+    return tuple(residuals)
 
 
 def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> dict[str, float]:

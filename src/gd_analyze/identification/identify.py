@@ -128,11 +128,10 @@ def identify(
         identification = _identified(arm, fitted, held_out_motions, carrying, physical)
         if identification.payload is None:
             return identification
-        error = (
-            scale_error(arm, identification.arm, [*fitted, *held_out_motions]) * identification.payload[0, 0]
-        )
+        scale_share = scale_error(arm, identification.arm, [*fitted, *held_out_motions])
         values, errors = identification.payload
-        errors = np.hypot(errors, [error, 0.0, 0.0, 0.0])  # a ratio of torques, the centre has none of it
+        # The centre of mass is a ratio of torques, without an error of scale.
+        errors = np.hypot(errors, [scale_share * values[0], 0.0, 0.0, 0.0])
         return replace(identification, payload=np.array([values, errors]))
     if not carrying or not 0.0 < mass < np.inf:
         raise UsageError(
@@ -192,6 +191,77 @@ def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
     return replace(motion, recording=scaled)
 
 
+@dataclass(frozen=True, eq=False)
+class _JointLogs:
+    """Equations of one joint from all logs, and which are held out, or of an arm that carries the payload."""
+
+    rows: JointRows
+    held_out: Array  # (rows,)
+    loaded: Array  # (rows,)
+
+    @property
+    def training(self) -> JointRows:
+        """Rows that are fitted."""
+        return self.rows.at(~self.held_out)
+
+    @property
+    def bare(self) -> JointRows:
+        """Rows that are fitted, without the payload."""
+        return self.rows.at(~self.held_out & ~self.loaded)
+
+    def friction(self, start: FloatArray, unknowns: Unknowns, joint: int) -> FloatArray:
+        """Friction fitted beside the file's links and drive, (3,)."""
+        rows = self.bare
+        columns = rows.columns[:, unknowns.friction_of(joint)]
+        return np.asarray(np.linalg.lstsq(columns, rows.torque - rows.columns @ start, rcond=None)[0])
+
+    def residuals(self, start: FloatArray, values: FloatArray, unknowns: Unknowns, joint: int) -> Residuals:
+        """Torques by the file, by the file with friction, and as identified."""
+        rows = self.rows
+        file = rows.columns @ start
+        friction = rows.columns[:, unknowns.friction_of(joint)] @ self.friction(start, unknowns, joint)
+        identified = rows.columns @ values
+        return Residuals(
+            rows.time, rows.torque, file, file + friction, identified, self.held_out, self.loaded
+        )
+
+
+def _logs_by_joint(
+    arm: RobotArm,
+    unknowns: Unknowns,
+    fitted: list[Trajectory],
+    held_out_motions: list[Trajectory],
+    carrying: list[Trajectory],
+) -> list[_JointLogs]:
+    """Equations of every joint, with the logs one after the other in time."""
+    motions = [*fitted, *carrying, *held_out_motions]
+    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0)
+    parts: list[list[_JointLogs]] = [[] for _ in range(arm.n_joints)]
+    begin = 0.0
+    for k, motion in enumerate(motions):
+        is_loaded = any(motion is loaded_motion for loaded_motion in carrying)
+        end = begin + float(motion.time[-1] - motion.time[0])
+        if k >= len(motions) - len(held_out_motions):
+            held_out_from = -np.inf
+        elif held_out_motions:
+            held_out_from = np.inf
+        else:
+            held_out_from = end - _SETTINGS.held_out_share * (end - begin)
+        for i, rows in enumerate(identification_rows(arm, motion, unknowns, fastest, loaded=is_loaded)):
+            time = rows.time - motion.time[0] + begin
+            loaded = np.full(len(time), is_loaded)
+            parts[i].append(_JointLogs(replace(rows, time=time), time > held_out_from, loaded))
+        begin = end + _SETTINGS.pause_share * (end - begin)
+    return [
+        _JointLogs(
+            JointRows.joined([log.rows for log in logs]),
+            np.concatenate([log.held_out for log in logs]),
+            np.concatenate([log.loaded for log in logs]),
+        )
+        for logs in parts
+    ]
+
+
 def _identified(
     arm: RobotArm,
     fitted: list[Trajectory],
@@ -206,28 +276,8 @@ def _identified(
         require_torques(motion)
     _require_different(motions)
     unknowns = Unknowns(n, payload=bool(carrying))
-    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0)
-    parts: list[list[JointRows]] = [[] for _ in range(n)]
-    flags: list[list[Array]] = [[] for _ in range(n)]
-    loads: list[list[Array]] = [[] for _ in range(n)]
-    begin = 0.0
-    for k, motion in enumerate(motions):
-        is_loaded = any(motion is loaded_motion for loaded_motion in carrying)
-        is_held_out = k >= len(motions) - len(held_out_motions)
-        end = begin + float(motion.time[-1] - motion.time[0])
-        last_part = end - _SETTINGS.held_out_share * (end - begin)
-        from_here = -np.inf if is_held_out else np.inf if held_out_motions else last_part
-        for i, joint_rows in enumerate(identification_rows(arm, motion, unknowns, fastest, loaded=is_loaded)):
-            clock = joint_rows.time - motion.time[0] + begin
-            parts[i].append(replace(joint_rows, time=clock))
-            flags[i].append(clock > from_here)
-            loads[i].append(np.full(len(clock), is_loaded))
-        begin = end + _SETTINGS.pause_share * (end - begin)
-    rows = [JointRows.joined(pieces) for pieces in parts]
-    predicted, carried = (
-        [np.concatenate(pieces) for pieces in pieces_by_joint] for pieces_by_joint in (flags, loads)
-    )
-    training = [joint_rows.at(~flag) for joint_rows, flag in zip(rows, predicted, strict=True)]
+    logs = _logs_by_joint(arm, unknowns, fitted, held_out_motions, carrying)
+    training = [log.training for log in logs]
     _require_torque_that_tells(arm, training)
     start = np.zeros(unknowns.count)
     links = described(arm)
@@ -236,23 +286,17 @@ def _identified(
         start[unknowns.of_drives] = arm.drive_inertia
     has_masses = bool(arm.mass.any())
     if has_masses:
-        bare = [
-            joint_rows.at(~load[~flag])
-            for joint_rows, flag, load in zip(training, predicted, carried, strict=True)
-        ]
-        require_torque_of_this_size(arm, bare, start, unknowns)
+        require_torque_of_this_size(arm, [log.bare for log in logs], start, unknowns)
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
 
     def fitted_values() -> tuple[FloatArray, tuple[Residuals, ...]]:
         values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
-        return values, tuple(
-            _residuals(joint_rows, flag, load, start, values, unknowns, i)
-            for i, (joint_rows, flag, load) in enumerate(zip(rows, predicted, carried, strict=True))
-        )
+        return values, tuple(log.residuals(start, values, unknowns, i) for i, log in enumerate(logs))
 
     values, residuals = fitted_values()
     _require_a_model(arm, residuals)
     _require_friction_that_brakes(arm, estimate, unknowns, residuals)
+    # Joints that are not predicted better than by the file keep its torque.
     unimproved: list[int] = []
     while has_masses:
         worse = [i for i in range(n) if i not in unimproved and not residuals[i].is_better]
@@ -262,9 +306,7 @@ def _identified(
         file_values = start.copy()
         file_values[unknowns.of_payload] = values[unknowns.of_payload]
         for i in unimproved:
-            file_values[unknowns.friction_of(i)] = _friction_of(
-                rows[i], predicted[i], carried[i], start, unknowns, i
-            )
+            file_values[unknowns.friction_of(i)] = logs[i].friction(start, unknowns, i)
             training[i] = replace(training[i], torque=training[i].columns @ file_values)
         estimate = solved_again(training, file_values, estimate)
         values, residuals = fitted_values()
@@ -280,6 +322,9 @@ def _identified(
     errors = np.sqrt(np.square(deviations).sum(axis=0))
     is_open = np.sqrt(np.square(opened).sum(axis=0)) > estimate.sizes / SIGMAS
     friction, drives = unknowns.of_friction, unknowns.of_drives
+    payload = None
+    if carrying:
+        payload = payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
     of_log = sources_of(arm, fitted, carrying, held_out_motions, parameters)
     identified = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
     doubts = doubts_of(arm, identified, [*fitted, *held_out_motions], physical=physical)
@@ -301,9 +346,7 @@ def _identified(
         estimate=estimate,
         kept=tuple(i + 1 for i in sorted(unimproved)),
         doubts=doubts,
-        payload=payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
-        if carrying
-        else None,
+        payload=payload,
     )
 
 
@@ -415,29 +458,3 @@ def _require_different(motions: Sequence[Trajectory]) -> None:
 def _torque_read(motion: Trajectory) -> FloatArray:
     recording = motion.recording
     return np.zeros(0) if recording is None or recording.torque is None else recording.torque
-
-
-def _residuals(
-    rows: JointRows,
-    held_out: Array,
-    loaded: Array,
-    start: FloatArray,
-    values: FloatArray,
-    unknowns: Unknowns,
-    joint: int,
-) -> Residuals:
-    file, columns = rows.columns @ start, rows.columns[:, unknowns.friction_of(joint)]
-    friction = _friction_of(rows, held_out, loaded, start, unknowns, joint)
-    identified = rows.columns @ values
-    return Residuals(rows.time, rows.torque, file, file + columns @ friction, identified, held_out, loaded)
-
-
-def _friction_of(
-    rows: JointRows, held_out: Array, loaded: Array, start: FloatArray, unknowns: Unknowns, joint: int
-) -> FloatArray:
-    """Friction fitted to a joint beside the file's links and drive, (3,)."""
-    fitted_rows = rows.at(~held_out & ~loaded)
-    columns = fitted_rows.columns[:, unknowns.friction_of(joint)]
-    return np.asarray(
-        np.linalg.lstsq(columns, fitted_rows.torque - fitted_rows.columns @ start, rcond=None)[0]
-    )

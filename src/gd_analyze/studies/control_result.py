@@ -152,6 +152,11 @@ def _headline(study: ControlStudy) -> str:
     )
 
 
+def _speed_text(speed: float, fastest: float) -> str:
+    """Write a multiple of the planned speed; infinite is at least the fastest that was tried."""
+    return f"{number(speed)}×" if speed < math.inf else f"≥ {fastest:g}×"
+
+
 def _facts(study: ControlStudy) -> Iterator[Fact]:
     """Figures for people, most of them also in JSON."""
     settings, judged = study.settings, _judged(study)
@@ -163,7 +168,7 @@ def _facts(study: ControlStudy) -> Iterator[Fact]:
     fastest = max(settings.speeds)
     for controller, name in names.items():
         speed = study.tracks_up_to(controller, settings.usual_rate)
-        text = "none" if speed is None else f"{number(speed)}×" if speed < math.inf else f"≥ {fastest:g}×"
+        text = "none" if speed is None else _speed_text(speed, fastest)
         yield Fact("", f"Speed within tolerance, {name}", speed, text=text)
     label = "Tracking error from model error"
     first_order = study.expected[judged, settings.usual_speed]

@@ -233,7 +233,9 @@ class Evaluation:
                 peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
                 share = percent(float(errors.largest_share[i]))
                 as_promised = "yes" if motion.keeps_promise[i] else "no"
-                passes = "–" if motion.most is None else "no" if motion.fails[i] else "yes"
+                passes = "–"
+                if motion.most is not None:
+                    passes = "no" if motion.fails[i] else "yes"
                 names = motion.name, joint_name(i + 1, joint.name)
                 rows.append([*names, peak, largest, share, rms, as_promised, passes])
         headings = ["motion", "joint", "peak torque", "largest error", "of peak torque", "RMS error"]

@@ -121,7 +121,9 @@ def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) ->
     for key, value in settings.described.items():
         if value != usual[key]:
             name = key.replace("_", "-")
-            text = str(settings.asked).replace("%", "pct") if key == "budget" else str(value)
-            stem = f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}"
-            words.append(stem if not isinstance(value, bool) else name if value else f"no-{name}")
+            if isinstance(value, bool):
+                words.append(name if value else f"no-{name}")
+            else:
+                text = str(settings.asked).replace("%", "pct") if key == "budget" else str(value)
+                words.append(f"{name}-{re.sub('[^A-Za-z0-9.]+', '_', text)}")
     return Path("reports") / "-".join(words)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -150,26 +150,12 @@ def sweep(
     import xarray as xr
 
     arm = arm_of(arm)
-    expected = 'a range such as "link3.mass=1..5", or a list of ranges'
-    for words in [vary] if isinstance(vary, str) else vary if isinstance(vary, list | tuple) else [vary]:
-        require_type(words, str, "vary", expected)
-    varied, budget = VariedArm(arm), _usable(budget)
-    ranges = [Range.parse(words, varied) for words in ([vary] if isinstance(vary, str) else vary)]
+    varied = VariedArm(arm)
+    ranges, budget = _ranges_of(vary, varied), _usable(budget)
     names = [span.parameter.name for span in ranges]
-    if not names or len({(p.part, p.number, p.key, p.component) for p, *_ in ranges}) < len(names):
-        raise UsageError("parameters are varied once each", where="--vary", found=", ".join(names) or "none")
-    if samples is not None and any(span.values for span in ranges):
-        step = "leave out :COUNT"
-        raise UsageError("samples take the place of a grid", where="--samples", next_step=step)
-    counts = [span.values or USUAL_POINTS for span in ranges] if samples is None else [samples]
-    if not 1 <= math.prod(counts) <= _MOST_POINTS:
-        expected, total = f"1 to {_MOST_POINTS}", str(math.prod(counts))
-        raise UsageError(
-            "the number of points is out of range", where="--vary", expected=expected, found=total
-        )
-    shape = tuple(counts)
+    shape = _shape_of(ranges, samples)
     if samples is None:
-        grid = [np.linspace(span.low, span.high, count) for span, count in zip(ranges, counts, strict=True)]
+        grid = [np.linspace(span.low, span.high, count) for span, count in zip(ranges, shape, strict=True)]
         points = np.stack([x.ravel() for x in np.meshgrid(*grid, indexing="ij")], axis=-1)
         dims, coords = names, {name: (name, values) for name, values in zip(names, grid, strict=True)}
     else:
@@ -231,6 +217,36 @@ def sweep(
             **({} if samples is None else {"samples": samples, "seed": seed}),
         },
     )
+
+
+def _ranges_of(vary: str | Sequence[str], varied: VariedArm) -> list[Range]:
+    """Read the ranges; each parameter is varied once."""
+    texts: list[Any] = [*vary] if isinstance(vary, list | tuple) else [vary]
+    for text in texts:
+        require_type(text, str, "vary", 'a range such as "link3.mass=1..5", or a list of ranges')
+    ranges = [Range.parse(text, varied) for text in texts]
+    names = [span.parameter.name for span in ranges]
+    # A length in mm is the same parameter as in m.
+    parameters = {(p.part, p.number, p.key, p.component) for p, *_ in ranges}
+    if not names or len(parameters) < len(names):
+        raise UsageError("parameters are varied once each", where="--vary", found=", ".join(names) or "none")
+    return ranges
+
+
+def _shape_of(ranges: Sequence[Range], samples: int | None) -> tuple[int, ...]:
+    """Points of every range, or the number of samples; refuses too many."""
+    if samples is not None and any(span.values for span in ranges):
+        step = "leave out :COUNT"
+        raise UsageError("samples take the place of a grid", where="--samples", next_step=step)
+    counts = [span.values or USUAL_POINTS for span in ranges] if samples is None else [samples]
+    if not 1 <= math.prod(counts) <= _MOST_POINTS:
+        raise UsageError(
+            "the number of points is out of range",
+            where="--vary",
+            expected=f"1 to {_MOST_POINTS}",
+            found=str(math.prod(counts)),
+        )
+    return tuple(counts)
 
 
 # A verdict that changes along one parameter: element, parameter, old and new verdict, values of all
