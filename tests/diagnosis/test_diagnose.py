@@ -24,7 +24,7 @@ from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file
 from gd_analyze.diagnosis.fit import fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
 from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.diagnosis.settings import SETTINGS
+from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.errors import UsageError
 from recordings import readings
@@ -231,7 +231,7 @@ def test_nothing_is_wrong(robot, good, two_link):
     assert found.tells
     assert 0.0 < found.before.off < 0.4
     assert found.ranking
-    assert all(one.fall <= SETTINGS.clear_fall for one in found.ranking)
+    assert all(one.fall <= DIAGNOSIS_SETTINGS.clear_fall for one in found.ranking)
 
 
 def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
@@ -319,14 +319,14 @@ def test_without_torques_or_masses_it_is_refused(two_link, swing):
 
 def problem_of(robot: Robot, arrays: Arrays) -> Problem:
     log = log_of(*arrays)
-    samples = samples_of(robot.file, [log], [np.ones(log.q.shape, dtype=bool)], SETTINGS)
-    return Problem(samples, Correction.none(2), SETTINGS)
+    samples = samples_of(robot.file, [log], [np.ones(log.q.shape, dtype=bool)], DIAGNOSIS_SETTINGS)
+    return Problem(samples, Correction.none(2), DIAGNOSIS_SETTINGS)
 
 
 def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     """The column of the file's torque, and those of its errors, are what the regressor gives."""
     problem = problem_of(robot, good)
-    columns, _, shared = corrected_columns(problem.samples, problem.correction, SETTINGS)
+    columns, _, shared = corrected_columns(problem.samples, problem.correction, DIAGNOSIS_SETTINGS)
     states = gd.types.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
     torque = robot.file.torque(*states.arrays, drives=False)
     # Some hundred roundings of the largest.
@@ -337,11 +337,11 @@ def test_errors_of_a_file_are_its_derivatives(puma):
     """A mass one standard deviation larger, and a centre moved, change the ten numbers so, to first order."""
     from dataclasses import replace
 
-    errors = file_errors(puma, SETTINGS)
+    errors = file_errors(puma, DIAGNOSIS_SETTINGS)
     before = parameters_of(puma)[2]
     link, small = puma.links[2], 1e-6
-    heavier = replace(link, mass=link.mass * (1.0 + small * SETTINGS.mass_error))
-    moved = small * (SETTINGS.com_error * abs(link.com[1]) + SETTINGS.com_error_m)
+    heavier = replace(link, mass=link.mass * (1.0 + small * DIAGNOSIS_SETTINGS.mass_error))
+    moved = small * (DIAGNOSIS_SETTINGS.com_error * abs(link.com[1]) + DIAGNOSIS_SETTINGS.com_error_m)
     shifted = replace(link, com=link.com + np.array([0.0, moved, 0.0]))
     for k, changed in ((0, heavier), (2, shifted)):
         arm = replace(puma, links=(*puma.links[:2], changed, *puma.links[3:]))
@@ -371,6 +371,6 @@ def test_reversed_torques_are_noticed_in_products_alone(robot, good):
     """A fit from products equals one whose torques were reversed before."""
     time, q, torque = good
     reversed_ = problem_of(robot, (time, q, -torque))
-    equations = equations_of(reversed_.samples, reversed_.correction, SETTINGS)
-    alone = fitted(equations, signs(2, [0, 1]), SETTINGS)
+    equations = equations_of(reversed_.samples, reversed_.correction, DIAGNOSIS_SETTINGS)
+    alone = fitted(equations, signs(2, [0, 1]), DIAGNOSIS_SETTINGS)
     assert abs(alone.score - problem_of(robot, good).null.score) < 1e-6 * abs(alone.score)

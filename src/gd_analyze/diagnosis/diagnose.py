@@ -25,7 +25,7 @@ from gd_analyze.diagnosis.of_positions import (
 from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, NamedEnd, Payload
 from gd_analyze.diagnosis.of_torques import JointScale, Lag, TorqueColumns, TorqueScale, TorqueSign
 from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.diagnosis.settings import SETTINGS, DiagnosisSettings
+from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS, DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
@@ -131,7 +131,7 @@ def diagnose(
     logs: GivenMotions,
     *,
     thorough: bool = True,
-    settings: DiagnosisSettings = SETTINGS,
+    settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
 
@@ -177,7 +177,7 @@ def diagnosed(
     motions: Sequence[Trajectory],
     *,
     thorough: bool = True,
-    settings: DiagnosisSettings = SETTINGS,
+    settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
     """Diagnose motions as they are, several in one recording, too; see `diagnose`."""
     for motion in motions:

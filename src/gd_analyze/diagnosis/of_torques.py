@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
 from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, seconds
 from gd_analyze.text import number
@@ -114,66 +115,81 @@ class JointScale(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """A factor of the joint for which it helps most; and factors of all."""
-        n, correction = problem.n, problem.correction
+        ratios = np.array([_ratio_of(problem, i) for i in range(problem.n)])
+        yield from self._of_one_joint(problem, ratios)
+        yield from self._of_all_joints(problem, ratios)
 
-        def score_of(factors: FloatArray) -> float:
-            return problem.score(correction.with_torque(np.diag(factors)))
+    def _of_one_joint(self, problem: Problem, ratios: FloatArray) -> Iterator[Candidate]:
+        n = problem.n
 
-        def deviation(factors: FloatArray) -> float:
-            # Joints of which a log tells little have a factor like the others'.
-            logarithms = np.log(factors[problem.moving])
-            deviations = (logarithms - np.median(logarithms)) / problem.settings.constants_deviation
-            return float(np.square(deviations).sum())
+        def factors_of(joint: int, factor: float) -> FloatArray:
+            factors = np.ones(n)
+            factors[joint] = factor
+            return factors
 
-        ratios = np.array([_ratio_of(problem, i) for i in range(n)])
         best: dict[int, tuple[float, float]] = {}
         for i in problem.moving:
 
             def score(logarithm: float, i: int = i) -> float:
-                factors = np.ones(n)
-                factors[i] = np.exp(logarithm)
-                return score_of(factors)
+                return _score_of(problem, factors_of(i, float(np.exp(logarithm))))
 
-            at = _least(score, float(np.log(ratios[i])))
-            best[i] = score(at), float(np.exp(at))
+            logarithm = _least(score, float(np.log(ratios[i])))
+            best[i] = score(logarithm), float(np.exp(logarithm))
         joint = min(best, key=lambda i: best[i][0])
         factor = best[joint][1]
-        if not 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
-            factors = np.ones(n)
-            factors[joint] = factor
-            yield Candidate(
-                self.name,
-                f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
-                f"multiplied by {number(factor)} it fits",
-                f"--torque-constant {comma_separated(factors.tolist())}",
-                correction.with_torque(np.diag(factors)),
-                numbers=1,
-                alternatives=n,
-                unsure="the masses that this joint carries, if it is the first that is loaded",
-            )
-        logs = np.zeros(n)
+        if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
+            return
+        factors = factors_of(joint, factor)
+        yield Candidate(
+            self.name,
+            f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
+            f"multiplied by {number(factor)} it fits",
+            f"--torque-constant {comma_separated(factors.tolist())}",
+            problem.correction.with_torque(np.diag(factors)),
+            numbers=1,
+            alternatives=n,
+            unsure="the masses that this joint carries, if it is the first that is loaded",
+        )
+
+    def _of_all_joints(self, problem: Problem, ratios: FloatArray) -> Iterator[Candidate]:
+        """Factors of all joints, found one after the other, twice."""
+        moving = problem.moving
+
+        def deviation(factors: FloatArray) -> float:
+            # Joints of which a log tells little have a factor like the others'.
+            logarithms = np.log(factors[moving])
+            deviations = (logarithms - np.median(logarithms)) / problem.settings.constants_deviation
+            return float(np.square(deviations).sum())
+
+        logarithms = np.zeros(problem.n)
         common = float(np.log(_ratio_of(problem)))
-        logs[problem.moving] = np.clip(np.log(ratios[problem.moving]), common - 1.0, common + 1.0)
+        logarithms[moving] = np.clip(np.log(ratios[moving]), common - 1.0, common + 1.0)
         for _ in range(2):
-            for i in problem.moving:
+            for i in moving:
 
-                def score_of_all(logarithm: float, i: int = i) -> float:
-                    changed = logs.copy()
+                def score(logarithm: float, i: int = i) -> float:
+                    changed = logarithms.copy()
                     changed[i] = logarithm
-                    return score_of(np.exp(changed)) + deviation(np.exp(changed))
+                    return _score_of(problem, np.exp(changed)) + deviation(np.exp(changed))
 
-                logs[i] = _least(score_of_all, float(logs[i]), width=0.7)
-        factors = np.exp(logs)
-        if np.ptp(logs[problem.moving]) > np.log(_NOTICED_FACTOR) and len(problem.moving) > 1:
-            constants = comma_separated(factors.tolist())
-            yield Candidate(
-                self.name,
-                f"Torques are currents, or before the gears: times {constants} they fit",
-                f"--torque-constant {constants}",
-                correction.with_torque(np.diag(factors)),
-                numbers=len(problem.moving),
-                unsure="all masses are wrong by a common factor beside",
-            )
+                logarithms[i] = _least(score, float(logarithms[i]), width=0.7)
+        if np.ptp(logarithms[moving]) <= np.log(_NOTICED_FACTOR) or len(moving) < 2:
+            return
+        factors = np.exp(logarithms)
+        constants = comma_separated(factors.tolist())
+        yield Candidate(
+            self.name,
+            f"Torques are currents, or before the gears: times {constants} they fit",
+            f"--torque-constant {constants}",
+            problem.correction.with_torque(np.diag(factors)),
+            numbers=len(moving),
+            unsure="all masses are wrong by a common factor beside",
+        )
+
+
+def _score_of(problem: Problem, factors: FloatArray) -> float:
+    """Score of torques times a factor by joint."""
+    return problem.score(problem.correction.with_torque(np.diag(factors)))
 
 
 def _ratio_of(problem: Problem, joint: int | None = None) -> float:
@@ -181,7 +197,7 @@ def _ratio_of(problem: Problem, joint: int | None = None) -> float:
     equations = problem.equations[problem.correction.key] if problem.null else None
     assert equations is not None
     shared, total = equations.shared, equations.total
-    file = shared + 4
+    file = shared + NUMBERS_OF_JOINT
     joint_columns = list(range(shared, file))
     squares = np.zeros(2)
     for i in problem.moving if joint is None else [joint]:

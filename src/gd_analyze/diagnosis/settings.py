@@ -46,4 +46,4 @@ class DiagnosisSettings:
     most_causes: int = 2  # most causes of one log
 
 
-SETTINGS = DiagnosisSettings()
+DIAGNOSIS_SETTINGS = DiagnosisSettings()
