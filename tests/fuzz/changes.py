@@ -99,16 +99,16 @@ def _replace_span(random: Random, old: str) -> str:
 def _lines(random: Random, old: str) -> str:
     """A line removed, said twice, moved or put in place of another."""
     lines = old.split("\n")
-    one, two = random.randrange(len(lines)), random.randrange(len(lines))
+    source, target = random.randrange(len(lines)), random.randrange(len(lines))
     kind = random.randrange(4)
     if kind == 0:
-        del lines[one]
+        del lines[source]
     elif kind == 1:
-        lines.insert(two, lines[one])
+        lines.insert(target, lines[source])
     elif kind == 2:
-        lines[one], lines[two] = lines[two], lines[one]
+        lines[source], lines[target] = lines[target], lines[source]
     else:
-        lines[one] = lines[two]
+        lines[source] = lines[target]
     return "\n".join(lines)
 
 

@@ -177,19 +177,19 @@ def use(read: Any) -> None:
     assert (np.diff(trajectory.time) > 0).all(), "time does not increase"
     if trajectory.recording is not None:
         return  # read as a log, which has other units, names and rows
-    for name, said in _said(text).items():
-        assert np.array_equal(said, _held(trajectory, name)), f"another {name} than the file says"
+    for name, stated in _stated(text).items():
+        assert np.array_equal(stated, _held(trajectory, name)), f"another {name} than the file says"
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "written.csv"
         write_trajectory(trajectory, path)
         written = path.read_text(encoding="utf-8").splitlines()[1:]
     lines = [line for line in written if line != GAP]
     assert len(written) - len(lines) == len(trajectory.gaps), "other gaps when written"
-    again = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    assert np.array_equal(again, np.column_stack(arrays)), "another trajectory when written"
+    rewritten = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    assert np.array_equal(rewritten, np.column_stack(arrays)), "another trajectory when written"
 
 
-def _said(text: str) -> dict[str, FloatArray]:
+def _stated(text: str) -> dict[str, FloatArray]:
     """Columns of a file, read in the plainest way, in SI; an assertion fails where a cell is no number."""
     lines = [x for x in re.split("\r\n|\r|\n", text) if x.strip() and not x.lstrip().startswith("#")]
     delimiter = max(",;\t", key=lines[0].count)
@@ -200,12 +200,12 @@ def _said(text: str) -> dict[str, FloatArray]:
     for row in rows:
         for cell in row:
             assert NUMBER.fullmatch(cell.strip()), f"{cell[:40]!r} read as a number"
-    said = {}
+    columns = {}
     for name, column in zip(header, zip(*rows, strict=True), strict=True):
         values = np.array([float(cell) for cell in column])
         key, degrees, _ = name.strip().lower().partition("_deg")
-        said[key] = np.deg2rad(values) if degrees else values
-    return said
+        columns[key] = np.deg2rad(values) if degrees else values
+    return columns
 
 
 def _held(trajectory: Trajectory, name: str) -> FloatArray:

@@ -65,9 +65,9 @@ def _edit(change: Callable[[Random, h5py.File], None]) -> Change:
 
 def _some(random: Random, file: h5py.File, kind: type = object) -> Any:
     """A group or dataset anywhere in a file, none that an earlier change made too large to be touched."""
-    found: list[Any] = []
-    file.visititems(lambda _, item: found.append(item) if isinstance(item, kind) else None)
-    return random.choice([item for item in found if getattr(item, "size", None) != HUGE])
+    items: list[Any] = []
+    file.visititems(lambda _, item: items.append(item) if isinstance(item, kind) else None)
+    return random.choice([item for item in items if getattr(item, "size", None) != HUGE])
 
 
 def _values(random: Random, file: h5py.File) -> None:
@@ -124,10 +124,10 @@ def _other_dataset(random: Random, file: h5py.File) -> None:
     kind, rows = random.randrange(7), np.atleast_1d(values)
     if kind < 5:
         odd = [0.0, "text", np.zeros((0,)), np.zeros((2,) * 9), h5py.Empty("f")]
-        other = random.choice(["c16", "f2", "i1", "u8", "S3", "bool"])
+        dtype = random.choice(["c16", "f2", "i1", "u8", "S3", "bool"])
         compound = np.zeros(shape, [("a", "f8"), ("b", "i4")])
-        made = (random.choice(odd), [*rows, *rows], rows[:-1], compound, np.zeros(shape, other))
-        _made_again(file, old, made[kind])
+        datasets = (random.choice(odd), [*rows, *rows], rows[:-1], compound, np.zeros(shape, dtype))
+        _made_again(file, old, datasets[kind])
         return
     del file[name]
     if kind == 5:
@@ -151,9 +151,9 @@ def _is_document(name: str, item: Any) -> bool:
 
 def _document(random: Random, file: h5py.File) -> None:
     """A change in one of the JSON documents."""
-    found: list[h5py.Dataset] = []
-    file.visititems(lambda name, item: found.append(item) if _is_document(name, item) else None)
-    dataset = random.choice(found)
+    documents: list[h5py.Dataset] = []
+    file.visititems(lambda name, item: documents.append(item) if _is_document(name, item) else None)
+    dataset = random.choice(documents)
     tree = json.loads(dataset[()].astype(np.uint8).tobytes())
     tree = TREE_CHANGES[random.choice(list(TREE_CHANGES))](random, tree)
     written = json.dumps(tree, default=lambda raw: raw.text).encode()
@@ -213,10 +213,10 @@ def write(plan: Plan, path: Path) -> None:
 
 def judged(path: Path) -> bool:
     """Hold the property against a file, see `verdict.judge`."""
-    found = PROCESS.read(path)
-    if "cause" in found:
-        raise BrokenError(*found["cause"], found["detail"])
-    return found["read"]
+    answer = PROCESS.read(path)
+    if "cause" in answer:
+        raise BrokenError(*answer["cause"], answer["detail"])
+    return answer["read"]
 
 
 FORMAT = Format(1, STAGES, write, judged)

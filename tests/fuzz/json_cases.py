@@ -96,13 +96,13 @@ def use(model: SimplifiedModel) -> None:
     random = np.random.default_rng(1)
     q = random.uniform(np.minimum(lower, upper), upper, (4, n))
     velocities, accelerations = random.uniform(-2.0, 2.0, (2, 4, n))
-    for what, values in (
+    for quantity, values in (
         ("torque", model.torque(q, velocities, accelerations)),
         ("inertia", model.inertia(q)),
         ("coriolis_centrifugal", model.coriolis_centrifugal(q, velocities)),
         ("gravity_loading", model.gravity_loading(q)),
     ):
-        assert np.isfinite(values).all(), f"{what} is not finite"
+        assert np.isfinite(values).all(), f"{quantity} is not finite"
     kinds = [step.operation for step in model.program.steps]
     counts = kinds.count("multiply"), kinds.count("add") + kinds.count("subtract")
     count = model.operations

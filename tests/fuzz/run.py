@@ -26,8 +26,8 @@ Cause = tuple[str, str]
 class Run:
     """What of one format was read, refused and found; the smallest file of every cause is kept."""
 
-    def __init__(self, name: str, found: Path, case: Path) -> None:
-        self.name, self.found, self.case = name, found, case
+    def __init__(self, name: str, folder_of_faults: Path, case: Path) -> None:
+        self.name, self.folder_of_faults, self.case = name, folder_of_faults, case
         self.format = FORMATS[name]
         self.outcomes: Counter[str] = Counter()
         self.causes: dict[Cause, str] = {}
@@ -79,7 +79,7 @@ class Run:
     def _keep(self, error: BrokenError) -> None:
         """Note a cause and keep the file at hand: after shrinking, Hypothesis ends with the smallest."""
         number = len(self.causes) + 1
-        path = self.found / f"{self.name}-{number}.{self.name}"
+        path = self.folder_of_faults / f"{self.name}-{number}.{self.name}"
         path.write_bytes(self.case.read_bytes())
         self.causes[error.cause] = error.detail
         print(f"{self.name}: {error.cause[0]} at {error.cause[1]}, kept in {path}", flush=True)
@@ -87,20 +87,20 @@ class Run:
         print(f"    {error.detail[:300]!r}", flush=True)
 
 
-def run(name: str, cases: int, first: int, found: Path) -> bool:
+def run(name: str, cases: int, first: int, folder_of_faults: Path) -> bool:
     """Run one format, saying how far it is; whether nothing was found."""
     memory, started = Path("/dev/shm"), time.monotonic()
     with tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
-        this = Run(name, found, Path(folder) / f"case.{name}")
-        for done in range(0, cases, BATCH):
-            this.batch(first + done // BATCH, min(BATCH, cases - done))
-            counts = ", ".join(f"{count} {outcome}" for outcome, count in this.outcomes.items())
-            tried = sum(this.outcomes.values())
+        fuzzing = Run(name, folder_of_faults, Path(folder) / f"case.{name}")
+        for start in range(0, cases, BATCH):
+            fuzzing.batch(first + start // BATCH, min(BATCH, cases - start))
+            counts = ", ".join(f"{count} {outcome}" for outcome, count in fuzzing.outcomes.items())
+            tried = sum(fuzzing.outcomes.values())
             rate = tried / (time.monotonic() - started)
             print(f"{name}: {tried} of {cases} cases, {rate:.0f}/s: {counts}", flush=True)
-    for cause, times in this.times.most_common():
+    for cause, times in fuzzing.times.most_common():
         print(f"{name}: {times} x {cause[0]} at {cause[1]}")
-    return not this.causes
+    return not fuzzing.causes
 
 
 def main() -> None:
@@ -109,10 +109,12 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=100_000, help="of each format")
     parser.add_argument("--first", type=int, default=0, help="number of the first batch of 1000")
     parser.add_argument("--found", type=Path, help="folder for files that break the property")
-    given = parser.parse_args()
-    found = given.found or Path(tempfile.mkdtemp(prefix="gd-analyze-fuzz-"))
-    found.mkdir(parents=True, exist_ok=True)
-    sound = [run(name, given.cases, given.first, found) for name in given.formats or FORMATS]
+    arguments = parser.parse_args()
+    folder_of_faults = arguments.found or Path(tempfile.mkdtemp(prefix="gd-analyze-fuzz-"))
+    folder_of_faults.mkdir(parents=True, exist_ok=True)
+    sound = [
+        run(name, arguments.cases, arguments.first, folder_of_faults) for name in arguments.formats or FORMATS
+    ]
     sys.exit(0 if all(sound) else 1)
 
 

@@ -157,12 +157,12 @@ def use(arm: RobotArm) -> None:
     n, drives = arm.n_joints, bool(arm.drives)
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading, or of limits that are not stated
-        again = arm_from_description(describe_in_full(arm))
+        described = arm_from_description(describe_in_full(arm))
         path = Path(folder) / "written.toml"
         path.write_text(toml_of(arm), encoding="utf-8")
         written = load_arm(path)
         drawn = states_in_box(arm, 3)
-    assert fingerprint(again) == fingerprint(arm), "another arm by its description"
+    assert fingerprint(described) == fingerprint(arm), "another arm by its description"
     assert fingerprint(written, drives) == fingerprint(arm, drives), "another arm by its TOML"
     json.dumps(describe_in_full(arm), allow_nan=False)
     if n > MOST_JOINTS:
@@ -170,15 +170,15 @@ def use(arm: RobotArm) -> None:
     assert all(np.isfinite(x).all() for x in drawn.arrays), "states that are not finite"
     random = np.random.default_rng(0)
     states = States(*(random.uniform(-2.0, 2.0, (3, n)) for _ in range(3)))
-    found = decompose_states(arm, states, drives=drives)
-    for name, values in found.items():
+    effects = decompose_states(arm, states, drives=drives)
+    for name, values in effects.items():
         assert np.isfinite(values).all(), f"{name} is not finite"
-    forces = np.einsum("keij,kj->kei", found["inertia"], states.qdd) + found["coriolis_centrifugal"]
-    loads = [forces[:, 0], forces[:, 1], found["gravity_loading"]]
-    loads += [found["drive_torque"]] if drives else []
+    forces = np.einsum("keij,kj->kei", effects["inertia"], states.qdd) + effects["coriolis_centrifugal"]
+    loads = [forces[:, 0], forces[:, 1], effects["gravity_loading"]]
+    loads += [effects["drive_torque"]] if drives else []
     # Sums of some ten products each, in two orders.
-    scale = np.abs(found["inertia"]).sum(axis=(1, 3)) * 2.0 + sum(map(np.abs, loads))
-    assert (np.abs(sum(loads) - found["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
+    scale = np.abs(effects["inertia"]).sum(axis=(1, 3)) * 2.0 + sum(map(np.abs, loads))
+    assert (np.abs(sum(loads) - effects["torque"]) <= 100 * np.finfo(float).eps * scale).all(), "another sum"
 
 
 FORMAT = text_format(BASES, STAGES, load_arm, use)

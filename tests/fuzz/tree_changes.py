@@ -111,9 +111,9 @@ def _rename(random: Random, tree: Tree, path: Path) -> Tree:
 def _swap(random: Random, tree: Tree, path: Path) -> Tree:
     """The values of two neighbours exchanged."""
     container = at(tree, path[:-1])
-    other = random.choice(list(container) if isinstance(container, dict) else range(len(container)))
-    one, two = container[path[-1]], container[other]
-    return changed_at(changed_at(tree, path, lambda _: two), (*path[:-1], other), lambda _: one)
+    neighbour = random.choice(list(container) if isinstance(container, dict) else range(len(container)))
+    value, new_value = container[path[-1]], container[neighbour]
+    return changed_at(changed_at(tree, path, lambda _: new_value), (*path[:-1], neighbour), lambda _: value)
 
 
 def _graft(random: Random, tree: Tree, path: Path) -> Tree:

@@ -46,7 +46,7 @@ def judge(path: Path, read: Callable[[Path], Any], use: Callable[[Any], None]) -
     broken: a warning that is not the package's own, a message that does not name the file or is no short
     plain text, time or memory that runs out.
     """
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as recorded:
         warnings.simplefilter("always")
         try:
             with bounded():
@@ -55,7 +55,7 @@ def judge(path: Path, read: Callable[[Path], Any], use: Callable[[Any], None]) -
             raise
         except (Exception, TooSlowError) as error:
             raise BrokenError(type(error).__name__, place_of(error), str(error)) from error
-    _require_own_warnings(told, path)
+    _require_own_warnings(recorded, path)
     return was_read
 
 
@@ -74,9 +74,9 @@ def _read_and_use(path: Path, read: Callable[[Path], Any], use: Callable[[Any], 
     return True
 
 
-def _require_own_warnings(told: list[warnings.WarningMessage], path: Path) -> None:
-    texts = [str(warning.message) for warning in told]
-    for warning, text in zip(told, texts, strict=True):
+def _require_own_warnings(recorded: list[warnings.WarningMessage], path: Path) -> None:
+    texts = [str(warning.message) for warning in recorded]
+    for warning, text in zip(recorded, texts, strict=True):
         place = f"{_short(warning.filename)}:{warning.lineno}"
         if not issubclass(warning.category, GdAnalyzeWarning):
             raise BrokenError(warning.category.__name__, place, text)
@@ -100,8 +100,11 @@ def require_presentable(text: str, path: Path, place: str) -> None:
 def place_of(error: BaseException) -> str:
     """Innermost line of the package that an exception passed, or of the tests where it passed none."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if SOURCE in frame.filename] or frames
-    return f"{_short(own[-1].filename)}:{own[-1].lineno}" if own else "nowhere"
+    if not frames:
+        return "nowhere"
+    of_package = [frame for frame in frames if SOURCE in frame.filename]
+    innermost = (of_package or frames)[-1]
+    return f"{_short(innermost.filename)}:{innermost.lineno}"
 
 
 def _short(filename: str) -> str:

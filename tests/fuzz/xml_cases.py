@@ -51,24 +51,24 @@ _ATTRIBUTE = re.compile(r'(\s)([\w:]+)="([^"]*)"')
 
 def _change(random: Random, old: str, change: str) -> str:
     """One attribute of the file changed."""
-    found = list(_ATTRIBUTE.finditer(old))
-    if not found:
+    attributes = list(_ATTRIBUTE.finditer(old))
+    if not attributes:
         return old
-    here, other = random.choice(found), random.choice(found)
-    space, key, value = here.groups()
+    attribute, donor = random.choice(attributes), random.choice(attributes)
+    space, key, value = attribute.groups()
     words = value.split() or [""]
-    new = random.choice([repr(number(random)), text(random), other[3], "nan", "1e400", "-0.0", "1e-320", "0"])
+    new = random.choice([repr(number(random)), text(random), donor[3], "nan", "1e400", "-0.0", "1e-320", "0"])
     if change == "word":
         words[random.randrange(len(words))] = new
         value = " ".join(words)
     elif change == "value":
         value = new
     elif change == "key":
-        key = other[2]
+        key = donor[2]
     elif change == "count":
         value = " ".join(words[:-1] if random.randrange(2) else [*words, words[0]])
     written = "" if change == "gone" else f'{space}{key}="{value}"'
-    return old[: here.start()] + written + old[here.end() :]
+    return old[: attribute.start()] + written + old[attribute.end() :]
 
 
 def _tag(random: Random, old: str) -> str:
@@ -76,8 +76,8 @@ def _tag(random: Random, old: str) -> str:
     tags = sorted(set(re.findall(r"<(\w+)", old)))
     if not tags:
         return old
-    one, other = random.choice(tags), random.choice([*tags, "include", "xacro:arm", "freejoint", "frame"])
-    return re.sub(rf"(</?){one}\b", rf"\g<1>{other}", old, count=random.choice([0, 2]))
+    tag, new_tag = random.choice(tags), random.choice([*tags, "include", "xacro:arm", "freejoint", "frame"])
+    return re.sub(rf"(</?){tag}\b", rf"\g<1>{new_tag}", old, count=random.choice([0, 2]))
 
 
 CHANGES = {

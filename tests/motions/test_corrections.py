@@ -29,25 +29,27 @@ def arrays(n: int, rows: int = 50) -> dict[str, np.ndarray]:
 )
 def test_power_stays(puma, couple, signs):
     """Coupled and reversed joints do the same work."""
-    given_ = arrays(6)
-    made = corrections_of(couple=couple, position_sign=signs).applied(np.arange(50.0), given_, puma)
-    before, after = ((x["torque"] * x["qd"]).sum(axis=1) for x in (given_, made))
+    logged = arrays(6)
+    corrected = corrections_of(couple=couple, position_sign=signs).applied(np.arange(50.0), logged, puma)
+    before, after = ((x["torque"] * x["qd"]).sum(axis=1) for x in (logged, corrected))
     # Six products of numbers of some units, and as many sums in the coupled ones.
-    assert np.abs(before - after).max() < 100 * EPS * np.abs(given_["torque"] * given_["qd"]).max()
-    assert np.linalg.matrix_rank(made["q"]) == 6
+    assert np.abs(before - after).max() < 100 * EPS * np.abs(logged["torque"] * logged["qd"]).max()
+    assert np.linalg.matrix_rank(corrected["q"]) == 6
 
 
 def test_each_does_what_it_says(puma):
     """Signs, an offset by number and by name, and the sum that names a joint."""
-    given_, time = arrays(6), np.arange(50.0)
+    logged, time = arrays(6), np.arange(50.0)
     name = puma.joints[2].name
-    made = corrections_of(offset=["2=90deg", f"{name}=0.5"], torque_sign="-1").applied(time, given_, puma)
-    assert np.array_equal(made["torque"], -given_["torque"])
-    assert np.array_equal(made["qd"], given_["qd"])
-    assert np.allclose(made["q"] - given_["q"], [0, np.pi / 2, 0.5, 0, 0, 0], atol=10 * EPS)
-    made = corrections_of(couple=["q3=q3-q2"]).applied(time, given_, puma)
-    assert np.array_equal(made["q"][:, 2], given_["q"][:, 2] - given_["q"][:, 1])
-    assert np.array_equal(made["torque"][:, 1], given_["torque"][:, 1] + given_["torque"][:, 2])
+    corrected = corrections_of(offset=["2=90deg", f"{name}=0.5"], torque_sign="-1").applied(
+        time, logged, puma
+    )
+    assert np.array_equal(corrected["torque"], -logged["torque"])
+    assert np.array_equal(corrected["qd"], logged["qd"])
+    assert np.allclose(corrected["q"] - logged["q"], [0, np.pi / 2, 0.5, 0, 0, 0], atol=10 * EPS)
+    corrected = corrections_of(couple=["q3=q3-q2"]).applied(time, logged, puma)
+    assert np.array_equal(corrected["q"][:, 2], logged["q"][:, 2] - logged["q"][:, 1])
+    assert np.array_equal(corrected["torque"][:, 1], logged["torque"][:, 1] + logged["torque"][:, 2])
 
 
 @given(lag=st.sampled_from(["4ms", "-20ms", "0.03s", "2000us"]))
@@ -56,12 +58,12 @@ def test_late_torques_come_earlier(puma, lag):
     time = np.arange(0.0, 2.0, 0.01)
     torque = np.outer(time, np.arange(1.0, 7.0))
     corrections = corrections_of(lag=lag)
-    made = corrections.applied(time, {"q": torque, "torque": torque}, puma)["torque"]
-    wanted = np.outer(time + corrections.lag, np.arange(1.0, 7.0))
-    known = np.isfinite(made)
-    assert known.sum() >= 6 * (200 - 4)
+    corrected = corrections.applied(time, {"q": torque, "torque": torque}, puma)["torque"]
+    expected = np.outer(time + corrections.lag, np.arange(1.0, 7.0))
+    is_finite = np.isfinite(corrected)
+    assert is_finite.sum() >= 6 * (200 - 4)
     # Interpolation between numbers up to 12.
-    assert np.abs(made - wanted)[known].max() < 100 * EPS
+    assert np.abs(corrected - expected)[is_finite].max() < 100 * EPS
 
 
 @pytest.mark.parametrize(
@@ -81,10 +83,10 @@ def test_what_does_not_fit_is_refused(puma, words, option):
 
 
 def test_no_torques_to_correct(puma):
-    given_ = {"q": arrays(6)["q"]}
+    logged = {"q": arrays(6)["q"]}
     for words in ({"lag": "4ms"}, {"torque_sign": "-1"}):
         with pytest.raises(UsageError):
-            corrections_of(**words).applied(np.arange(50.0), given_, puma)
+            corrections_of(**words).applied(np.arange(50.0), logged, puma)
 
 
 def test_a_log_says_how_it_was_corrected(two_link, tmp_path):

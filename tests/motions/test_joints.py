@@ -52,19 +52,21 @@ OTHERS = (
 
 def test_what_names_say():
     known = known_joints(UR)
-    for said, names in NUMBERED.items():
+    for role_and_kind, names in NUMBERED.items():
         for name in names.split(", "):
-            found = meaning_of(name, known)
-            assert (found.role, found.kind) == said, name
+            meaning = meaning_of(name, known)
+            assert (meaning.role, meaning.kind) == role_and_kind, name
             number = int([sign for sign in name if sign.isdigit()][-1])
-            assert (found.number, found.joint) == (number, None), name
-            assert (found.label, found.unit) == (LABELS.get(name, ()), UNITS.get(name, "")), name
+            assert (meaning.number, meaning.joint) == (number, None), name
+            assert (meaning.label, meaning.unit) == (LABELS.get(name, ()), UNITS.get(name, "")), name
     for name, (role, joint, label) in NAMED_JOINTS.items():
-        found = meaning_of(name, known)
-        assert (found.role, found.joint, found.label, found.number) == (role, joint, label, None), name
+        meaning = meaning_of(name, known)
+        assert (meaning.role, meaning.joint, meaning.label, meaning.number) == (role, joint, label, None), (
+            name
+        )
     for name in [*TIMES, *OTHERS.split(), ""]:
-        found = meaning_of(name, known)
-        assert (found.role, found.unit) == TIMES.get(name, ("other", "")), name
+        meaning = meaning_of(name, known)
+        assert (meaning.role, meaning.unit) == TIMES.get(name, ("other", "")), name
 
 
 PANDA = [f"panda_joint{k}" for k in range(1, 4)]
@@ -103,9 +105,12 @@ def test_other_names_that_count_are_matched_by_number_and_said_so(read, warned):
 
 
 def test_as_the_user_says(read, warned):
-    said = [f"joint:{own}={other}" for own, other in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)]
+    mapping = [
+        f"joint:{joint}={column}"
+        for joint, column in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)
+    ]
     with warned() as texts:
-        logged = read(log_of("arm_a1 arm_a2 arm_a3"), arm_of(*UR[:3]), map=said)
+        logged = read(log_of("arm_a1 arm_a2 arm_a3"), arm_of(*UR[:3]), map=mapping)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
     assert not texts
     text = "clock,a,b,c,q1,q2\n0,1,2,5,3,4\n0.5,1,2,5,3,4\n"
@@ -248,8 +253,8 @@ AXES = " ".join(f"ARM_ACT_AXIS_{k}" for k in (1, 2, 3))
 
 def test_the_printed_names_of_joints_are_those_of_the_columns(refused):
     """Words of the kind stand among those of the joint; the names are typed by `refused`."""
-    said = "--map joint:shoulder_pan_joint=arm_axis_1 --map joint:shoulder_lift_joint=arm_axis_2"
-    refused(said, log_of(AXES), arm_of(*UR[:3]))
+    advice = "--map joint:shoulder_pan_joint=arm_axis_1 --map joint:shoulder_lift_joint=arm_axis_2"
+    refused(advice, log_of(AXES), arm_of(*UR[:3]))
 
 
 @pytest.mark.parametrize("header", ["time,q1,q2,q3\n", ""])

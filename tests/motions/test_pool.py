@@ -31,22 +31,22 @@ def made(draw: st.DrawFn) -> Trajectory:
 @given(st.lists(made(), min_size=2, max_size=5))
 def test_every_motion_is_found_again(motions):
     whole = pool(motions)
-    assert whole.n_set_points == sum(one.n_set_points for one in motions)
+    assert whole.n_set_points == sum(single.n_set_points for single in motions)
     assert len({motion.name for motion in whole.motions}) == len(motions)
-    for one, motion, again in zip(motions, whole.motions, taken_apart(whole), strict=True):
+    for single, motion, again in zip(motions, whole.motions, taken_apart(whole), strict=True):
         for name in ("q", "qd", "qdd"):
-            np.testing.assert_array_equal(getattr(again, name), getattr(one, name))
+            np.testing.assert_array_equal(getattr(again, name), getattr(single, name))
         # Instants are moved by at most some seconds and back, from and to at most 200 s.
-        np.testing.assert_allclose(again.time, one.time, rtol=0, atol=8 * np.spacing(200.0))
-        assert again.gaps == one.gaps
-        assert motion.fingerprint == one.fingerprint
+        np.testing.assert_allclose(again.time, single.time, rtol=0, atol=8 * np.spacing(200.0))
+        assert again.gaps == single.gaps
+        assert motion.fingerprint == single.fingerprint
         assert motion.first == 0 or motion.first in whole.gaps
-        assert motion.name.startswith(one.name)
+        assert motion.name.startswith(single.name)
     assert whole.derived == ()
     apart = pool([pool(motions[:1]), pool(motions[1:])])
     np.testing.assert_array_equal(apart.q, whole.q)
-    assert [motion.n_set_points for motion in apart.motions] == [one.n_set_points for one in motions]
-    assert len(whole.gaps) == len(motions) - 1 + sum(len(one.gaps) for one in motions)
+    assert [motion.n_set_points for motion in apart.motions] == [single.n_set_points for single in motions]
+    assert len(whole.gaps) == len(motions) - 1 + sum(len(single.gaps) for single in motions)
 
 
 def test_time_runs_on_with_a_pause_that_is_told():
@@ -70,7 +70,7 @@ def test_time_runs_on_with_a_pause_that_is_told():
     ],
 )
 def test_names(names, name):
-    assert pool([swung(1.0, one) for one in names]).name == name
+    assert pool([swung(1.0, motion) for motion in names]).name == name
 
 
 def test_readings_are_those_of_all_where_all_have_some():

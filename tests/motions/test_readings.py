@@ -43,23 +43,23 @@ def test_rows_are_put_in_the_order_of_time_and_one_instant_has_one():
     for apart, late in ((0.0, 20), (1e-6, 20), (0.0, 21)):  # a stamp that is late, or early
         time = EVEN.copy()
         time[late] = time[41 - late] - apart * (1 if late == 20 else -1)
-        found = rows_at(time)
-        assert (found.q[:, 0] == range(100)).all()
-        np.testing.assert_allclose(found.time, EVEN, atol=apart + 1e-15)
+        result = rows_at(time)
+        assert (result.q[:, 0] == range(100)).all()
+        np.testing.assert_allclose(result.time, EVEN, atol=apart + 1e-15)
     # Without a step to put it in, it is a message that was sent again.
-    kept = rows_at(np.insert(EVEN, 20, EVEN[20])).q[:, 0]
-    assert 20 not in kept
-    assert 21 in kept
+    rows = rows_at(np.insert(EVEN, 20, EVEN[20])).q[:, 0]
+    assert 20 not in rows
+    assert 21 in rows
     exchanged = EVEN.copy()
     exchanged[[30, 31]] = exchanged[[31, 30]]
     assert rows_at(exchanged).q[30, 0] == 31
-    both = rows_at(np.concatenate([EVEN + 5, EVEN]))
-    assert (both.q[0, 0], both.gaps) == (100, (100,))
+    exchanged_halves = rows_at(np.concatenate([EVEN + 5, EVEN]))
+    assert (exchanged_halves.q[0, 0], exchanged_halves.gaps) == (100, (100,))
     # A clock that starts again begins a motion of its own.
-    again = rows_at(np.concatenate([EVEN, EVEN]))
-    assert again.gaps == (100,)
-    assert (again.q[:, 0] == range(200)).all()
-    assert "row 101" in again.recording.treatment[0]
+    restarted = rows_at(np.concatenate([EVEN, EVEN]))
+    assert restarted.gaps == (100,)
+    assert (restarted.q[:, 0] == range(200)).all()
+    assert "row 101" in restarted.recording.treatment[0]
     assert rows_at(1.7e9 + EVEN).time[0] == 0.0
 
 
@@ -79,33 +79,33 @@ def test_repeated_stamps_are_told_and_repaired():
     with pytest.warns(
         GdAnalyzeWarning, match="299 of 3000 stamps are repeated; .* neighbours: 299, left out: 0"
     ):
-        found = made(readings(torn, motion.at(time)))
-    np.testing.assert_allclose(found.time, time, atol=1e-12)
+        result = made(readings(torn, motion.at(time)))
+    np.testing.assert_allclose(result.time, time, atol=1e-12)
     # Stamps are equal to eps of some seconds, which the smoothing spline carries on.
-    assert (rms(found.qdd - clean.qdd) < 1e-6 * rms(clean.qdd)).all()
+    assert (rms(result.qdd - clean.qdd) < 1e-6 * rms(clean.qdd)).all()
 
 
 def test_short_stretches_and_empty_rows_are_left_out():
     time = np.concatenate([np.arange(50), np.arange(5) + 80, np.arange(50) + 120]) / 100
-    found = made(readings(time, np.zeros((105, 2))))
-    assert (found.gaps, found.n_set_points) == ((50,), 100)
+    result = made(readings(time, np.zeros((105, 2))))
+    assert (result.gaps, result.n_set_points) == ((50,), 100)
     q = np.zeros((200, 2))
     q[100:120] = np.nan
     assert made(readings(np.arange(200) / 100, q)).gaps == (100,)
 
 
 @pytest.mark.parametrize(
-    ("time", "found"),
+    ("time", "count"),
     [
         (np.arange(10) / 100, "10"),
         (np.cumsum(np.tile([0.01, 0.01, 5.0], 20)), "3 at most, in 21 stretches between gaps"),
         (np.zeros(30), "30 at one instant"),
     ],
 )
-def test_too_few_readings_are_refused(time, found):
+def test_too_few_readings_are_refused(time, count):
     with pytest.raises(TrajectoryError) as error:
         made(readings(time, np.zeros((len(time), 2))))
-    assert error.value.details["found"] == found
+    assert error.value.details["found"] == count
 
 
 def test_jumps_of_full_turns(two_link):
@@ -113,19 +113,21 @@ def test_jumps_of_full_turns(two_link):
     free = replace(two_link, joints=tuple(replace(j, lower=None, upper=None) for j in two_link.joints))
     time = instants(125.0, 10.0)
     q = np.column_stack([time, -0.5 * time])
-    found = made(readings(time, (q + np.pi) % (2 * np.pi) - np.pi), free)
-    np.testing.assert_allclose(found.recording.q, q, atol=1e-12)
+    result = made(readings(time, (q + np.pi) % (2 * np.pi) - np.pi), free)
+    np.testing.assert_allclose(result.recording.q, q, atol=1e-12)
     # A straight line stays one; eps of 10 rad through splines of 4 to 240 knots a second.
-    np.testing.assert_allclose(found.qdd, 0.0, atol=1e-6)
+    np.testing.assert_allclose(result.qdd, 0.0, atol=1e-6)
     late = np.concatenate([EVEN, EVEN + 10])
-    for arm, size, times, kept in (
+    for arm, size, times, angle in (
         (free, 3.5, np.arange(200) / 100, 3.5),
         (free, 2 * np.pi, np.arange(200) / 100, 0.0),
         (free, 2 * np.pi, late, 2 * np.pi),
         (two_link, 2 * np.pi + 0.1, late, 0.1),
     ):
         stepped = np.where(np.arange(200)[:, None] < 100, 0.0, [[size, 0.0]])
-        np.testing.assert_allclose(made(readings(times, stepped), arm).recording.q[100:, 0], kept, atol=1e-12)
+        np.testing.assert_allclose(
+            made(readings(times, stepped), arm).recording.q[100:, 0], angle, atol=1e-12
+        )
     slides = replace(free, joints=(free.joints[0], replace(free.joints[1], kind="prismatic")))
     stepped = np.where(np.arange(200)[:, None] < 100, 0.0, [[0.0, 2 * np.pi]])
     assert (made(readings(np.arange(200) / 100, stepped), slides).recording.q == stepped).all()
@@ -161,12 +163,12 @@ def test_white_noise_is_left_as_the_closed_forms_say(rate, cutoff, rng):
     # Variance: dt times the integral of omega^(2 k) H^2, k derivatives. 60 noises of 12 s have some 12 * 60 *
     # cutoff independent values and tell a standard deviation within 4 / sqrt(2 * 720 * 3) = 6 %.
     for order, variance in ((1, omega**3 / 12), (2, omega**5 / 18)):
-        found = spline.derivative(order)(time[middle]).std()
-        assert found == pytest.approx(np.sqrt(variance / rate), rel=0.06)
+        deviation = spline.derivative(order)(time[middle]).std()
+        assert deviation == pytest.approx(np.sqrt(variance / rate), rel=0.06)
     cutoffs = np.full(60, cutoff)
     np.testing.assert_allclose(noise_of(noise, spline(time), 1 / rate, cutoffs), 1.0, rtol=0.2)
-    kept = noise_of(noise, spline(time), 1 / rate, cutoffs, remaining=True)
-    assert kept.mean() == pytest.approx(spline(time).std(), rel=0.1)
+    remaining = noise_of(noise, spline(time), 1 / rate, cutoffs, remaining=True)
+    assert remaining.mean() == pytest.approx(spline(time).std(), rel=0.1)
     # An integral over half of the kernel: at an end 2.4 times the middle; 60 noises tell it within 40 %.
     deviations = spline.derivative(2)(time).std(axis=1)
     assert deviations.max() < 3.4 * np.median(deviations)
@@ -177,26 +179,26 @@ def test_white_noise_is_left_as_the_closed_forms_say(rate, cutoff, rng):
 def test_errors_are_within_what_is_stated(seed, how):
     motion = Motion.of(seed)
     log = log_of(motion, how[0], jitter=how[1], seed=seed)
-    found = made(log)
-    truth = motion.at(found.time, 2)
-    error, stated = rms(found.qdd - truth), found.recording.noise_qdd
+    result = made(log)
+    truth = motion.at(result.time, 2)
+    error, stated = rms(result.qdd - truth), result.recording.noise_qdd
     # Noise and the motion that is taken for it count alike at the best cut-off, and ends have 2.4 times the
     # noise: four times the noise stated are room for both, three in all but one of 50 draws. From below, the
     # statement is no idle one.
     assert (error < 4 * stated).all()
     assert (error > 0.2 * stated).all()
     # The readings' noise is known within its estimate's scatter: 450 values or more.
-    np.testing.assert_allclose(found.recording.noise_q, 1e-4, rtol=0.1)
-    assert (rms(found.qd - motion.at(found.time, 1)) < 0.01 * rms(motion.at(found.time, 1))).all()
+    np.testing.assert_allclose(result.recording.noise_q, 1e-4, rtol=0.1)
+    assert (rms(result.qd - motion.at(result.time, 1)) < 0.01 * rms(motion.at(result.time, 1))).all()
     assert (error < 0.1 * rms(truth)).all()
     # A spline through the readings errs with the square of their rate: of 30 Hz by some eight times as much.
-    raw = gd.Trajectory.from_arrays(found.time, found.recording.q, measured=False).qdd
+    raw = gd.Trajectory.from_arrays(result.time, result.recording.q, measured=False).qdd
     assert (error < 0.2 * rms(raw - truth)).all()
     # Every reading is a set point, kept as read, and the same every time.
-    assert (found.time == log.time).all()
-    assert (found.recording.q == log.q).all()
-    assert (found.recording.measured, found.derived) == (True, ("qd", "qdd"))
-    assert made(log).fingerprint == found.fingerprint
+    assert (result.time == log.time).all()
+    assert (result.recording.q == log.q).all()
+    assert (result.recording.measured, result.derived) == (True, ("qd", "qdd"))
+    assert made(log).fingerprint == result.fingerprint
 
 
 def test_motion_too_fast_for_the_readings_warns():
@@ -212,28 +214,28 @@ def test_motion_too_fast_for_the_readings_warns():
 def test_a_given_cutoff_is_taken():
     log = log_of(Motion.of(2))
     assert made(log, cutoff=3.0).recording.cutoff.tolist() == [3.0, 3.0]
-    both = made(log, cutoff=(3.0, 6.0)).recording
-    assert both.cutoff.tolist() == [3.0, 6.0]
+    recording = made(log, cutoff=(3.0, 6.0)).recording
+    assert recording.cutoff.tolist() == [3.0, 6.0]
     # Noise grows as f_c^2.5: 5.7 times; its estimates scatter.
-    assert 4.0 < both.noise_qdd[1] / both.noise_qdd[0] < 8.0
+    assert 4.0 < recording.noise_qdd[1] / recording.noise_qdd[0] < 8.0
     for wrong in ({"cutoff": (1.0, float("nan"))}, {"largest_gap": -1.0}):
         with pytest.raises(UsageError, match=f"impossible {next(iter(wrong))}"):
             gd.types.Treatment(**wrong)
-    for cutoff, found in ((40.0, "40.0 Hz"), ((1.0, 2.0, 3.0), "3")):
+    for cutoff, shown in ((40.0, "40.0 Hz"), ((1.0, 2.0, 3.0), "3")):
         with pytest.raises(TrajectoryError) as error:
             made(log, cutoff=cutoff)
-        assert (error.value.details["where"], error.value.details["found"]) == ("--cutoff", found)
+        assert (error.value.details["where"], error.value.details["found"]) == ("--cutoff", shown)
 
 
 def test_nothing_is_smoothed_across_a_gap():
     log = log_of(Motion.of(3))
     parts = [readings(log.time[part], log.q[part]) for part in (log.time < 6.0, log.time > 9.0)]
     joined = readings(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("time", "q")))
-    both, alone = made(joined, cutoff=5.0), [made(part, cutoff=5.0) for part in parts]
-    assert both.gaps == (len(parts[0].time),)
+    whole, alone = made(joined, cutoff=5.0), [made(part, cutoff=5.0) for part in parts]
+    assert whole.gaps == (len(parts[0].time),)
     for name in ("q", "qd", "qdd"):
-        each = np.concatenate([getattr(one, name) for one in alone])
-        np.testing.assert_array_equal(getattr(both, name), each)
+        each = np.concatenate([getattr(part, name) for part in alone])
+        np.testing.assert_array_equal(getattr(whole, name), each)
 
 
 def test_measured_velocities_are_used_where_they_are_quieter_and_no_contradiction():
@@ -241,10 +243,10 @@ def test_measured_velocities_are_used_where_they_are_quieter_and_no_contradictio
     log = log_of(motion, deviation=1e-3)
     velocities = motion.at(log.time, 1)
     quiet = replace(log, qd=velocities + 1e-4 * rng.normal(size=log.q.shape))
-    found = made(quiet)
-    assert found.derived == ("qdd",)
-    assert (found.recording.noise_qdd < made(log).recording.noise_qdd).all()
-    assert (rms(found.qdd - motion.at(found.time, 2)) < 3 * found.recording.noise_qdd).all()
+    result = made(quiet)
+    assert result.derived == ("qdd",)
+    assert (result.recording.noise_qdd < made(log).recording.noise_qdd).all()
+    assert (rms(result.qdd - motion.at(result.time, 2)) < 3 * result.recording.noise_qdd).all()
     assert made(quiet, use_velocities=False).derived == ("qd", "qdd")
     fine = log_of(motion, deviation=1e-6)
     noisy = replace(fine, qd=velocities + 0.05 * rng.normal(size=log.q.shape))
@@ -263,10 +265,10 @@ def test_torques_pass_the_same_filter_and_may_lack_cells():
     truth = motion.at(log.time, 2)
     torque = truth.copy()
     torque[100:103] = np.nan
-    found = made(replace(log, torque=torque), cutoff=6.0).recording
-    assert np.isnan(found.torque[100:103]).all()
+    recording = made(replace(log, torque=torque), cutoff=6.0).recording
+    assert np.isnan(recording.torque[100:103]).all()
     # As the accelerations themselves: both are sines, whose shares H are above 1 - (1.4 / 6)^6 = 0.9998.
-    assert (rms(found.torque_filtered - truth) < 0.02 * rms(truth)).all()
+    assert (rms(recording.torque_filtered - truth) < 0.02 * rms(truth)).all()
 
 
 def test_given_accelerations_are_smoothed_too_and_a_plan_is_not():
@@ -274,10 +276,10 @@ def test_given_accelerations_are_smoothed_too_and_a_plan_is_not():
     log = log_of(motion)
     noise = 0.05 * np.random.default_rng(1).normal(size=log.q.shape)
     whole = replace(log, qd=motion.at(log.time, 1), qdd=motion.at(log.time, 2) + noise)
-    found = made(whole, cutoff=5.0)
-    assert (rms(found.qdd - motion.at(found.time, 2)) < 3 * found.recording.noise_qdd).all()
-    assert (found.recording.noise_qdd < 0.05).all()
-    assert found.derived == ()
+    result = made(whole, cutoff=5.0)
+    assert (rms(result.qdd - motion.at(result.time, 2)) < 3 * result.recording.noise_qdd).all()
+    assert (result.recording.noise_qdd < 0.05).all()
+    assert result.derived == ()
     plan = made(replace(log, measured=False))
     assert (plan.q == log.q).all()
     assert (plan.recording.measured, plan.derived) == (False, ("qd", "qdd"))
@@ -342,12 +344,12 @@ def test_the_noise_left_is_what_is_stated(seed, rate, fine):
     deviation = 1e-5 if fine else 3e-4
     time, motion = instants(rate, NOISY), Motion.of(seed, 1)
     noise = deviation * np.random.default_rng(seed).normal(size=len(time))
-    left = noise_left(time, motion.at(time)[:, 0] + noise, 4.0)
+    noise_size = noise_left(time, motion.at(time)[:, 0] + noise, 4.0)
     omega = 2 * np.pi * 4.0
     # 20 s have 2 * 20 * 4 values of the pass band, twenty to fifty of which make the law that is fitted: its
     # level is known within some 15 % and its slope within 0.3, of which the sum takes an octave. What motion
     # of up to 1.4 Hz leaks beyond its band counts as noise.
-    assert 0.7 < left / (deviation * np.sqrt(omega**5 / rate / 18)) < 1.6
+    assert 0.7 < noise_size / (deviation * np.sqrt(omega**5 / rate / 18)) < 1.6
 
 
 def drawn(seed):
@@ -398,14 +400,14 @@ def test_whatever_is_logged_is_a_motion_or_an_error(two_link):
     assert count > 30
 
 
-@pytest.mark.parametrize("given", ["q", "q and qd"])
-def test_noise_makes_a_recording_of_what_is_not_said_to_be_a_plan(given):
+@pytest.mark.parametrize("columns", ["q", "q and qd"])
+def test_noise_makes_a_recording_of_what_is_not_said_to_be_a_plan(columns):
     time, motion = instants(1000.0, 2.0), Motion.of(4)
     noise = np.random.default_rng(0).normal(size=(2, len(time), 2)) * np.reshape([1e-4, 1e-2], (2, 1, 1))
-    q, qd = motion.at(time), motion.at(time, 1) if "qd" in given else None
+    q, qd = motion.at(time), motion.at(time, 1) if "qd" in columns else None
     assert gd.Trajectory.from_arrays(time, q, qd).recording is None
     noisy = (time, q + noise[0], None if qd is None else qd + noise[1])
     with pytest.warns(GdAnalyzeWarning, match="noise.*--planned"):
-        found = gd.Trajectory.from_arrays(*noisy)
-    assert found.recording.measured
+        result = gd.Trajectory.from_arrays(*noisy)
+    assert result.recording.measured
     assert gd.Trajectory.from_arrays(*noisy, measured=False).recording is None

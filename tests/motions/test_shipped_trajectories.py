@@ -22,14 +22,14 @@ def test_remade_from_its_command(name, tmp_path, monkeypatch) -> None:
     words = shlex.split(recorded_command(SHIPPED[name].read_text(encoding="utf-8").splitlines()))
     monkeypatch.chdir(tmp_path)
     main(words[1:])
-    remade, kept = (gd.read_trajectory(path, words[2]) for path in (SHIPPED[name].name, name))
-    assert kept.n_set_points == 31
+    remade, shipped = (gd.read_trajectory(path, words[2]) for path in (SHIPPED[name].name, name))
+    assert shipped.n_set_points == 31
     # The file holds full precision; another machine's linear algebra may round differently, amplified by
     # the condition of the profiles' systems (1e5 at most, see test_planning).
-    for what in ("time", "q", "qd", "qdd"):
-        values = getattr(kept, what)
+    for quantity in ("time", "q", "qd", "qdd"):
+        values = getattr(shipped, quantity)
         tolerance = 1e5 * np.finfo(float).eps * np.abs(values).max()
-        np.testing.assert_allclose(getattr(remade, what), values, rtol=0, atol=tolerance)
+        np.testing.assert_allclose(getattr(remade, quantity), values, rtol=0, atol=tolerance)
 
 
 def test_the_pick_and_place_lifts_carries_and_turns_a_part(puma, pick_and_place) -> None:

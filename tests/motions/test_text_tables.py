@@ -59,13 +59,13 @@ def test_blocks_are_put_together(log):
     lines = ["time [s],q1_deg,q2_deg" + "".join(f",note{k}" for k in range(300))]
     lines += [f"{k}.5,-0.1234567890123456789,0.25" + ",x" * 300 for k in range(14_000)]
     path = log("\n".join([*lines, "# here\n\n14000.5,0.5,0.25" + ",x" * 300, ""]))
-    told: list[tuple[int, int]] = []
-    logged = read_log(path, TWO, progress=lambda done, total: told.append((done, total)))
+    reports: list[tuple[int, int]] = []
+    logged = read_log(path, TWO, progress=lambda done, total: reports.append((done, total)))
     np.testing.assert_array_equal(logged.time, np.arange(14_001.0))
     np.testing.assert_allclose(np.degrees(logged.q[[0, -1], 0]), [-0.1234567890123456789, 0.5], rtol=1e-15)
     size = path.stat().st_size
-    assert told[-1] == (size, size)
-    assert told == sorted(told)
+    assert reports[-1] == (size, size)
+    assert reports == sorted(reports)
     path.write_text(path.read_text().replace("\n14000.5,0.5", "\n14000.5,x"))
     with pytest.raises(TrajectoryError, match="line 14004, column 2"):
         read_log(path, TWO)
@@ -103,11 +103,11 @@ def test_units(case, read):
     content, expected = UNITS[case]
     logged = read(content, TWO)
     np.testing.assert_allclose(logged.time, [0, 0.008], rtol=1e-15)
-    for what in ("q", "qd", "torque"):
-        found = getattr(logged, what)
-        assert (found is not None) == (what in expected)
-        if found is not None:
-            np.testing.assert_allclose(found[0], expected[what], rtol=1e-15)
+    for role in ("q", "qd", "torque"):
+        values = getattr(logged, role)
+        assert (values is not None) == (role in expected)
+        if values is not None:
+            np.testing.assert_allclose(values[0], expected[role], rtol=1e-15)
 
 
 @pytest.mark.parametrize("unit", ["ticks", "counts", "increments", "grad", "‰"])
@@ -130,14 +130,14 @@ def test_as_said(read):
     assert not logged.measured  # the names are those of set points
     assert read(body, TWO, columns="time,-,position0..position1").measured
     text = "time,q_a_1,q_a_2,q_b_1,q_b_2\n0,1,2,3,4\n0.1,1,2,3,5\n"
-    said = {"columns": "time,q_b_1,q_b_2", "map": ["joint:joint1=b_1", "joint:joint2=b_2"]}
-    np.testing.assert_array_equal(read(text, arm_of("joint1", "joint2"), **said).q, [[3, 4], [3, 5]])
+    reading = {"columns": "time,q_b_1,q_b_2", "map": ["joint:joint1=b_1", "joint:joint2=b_2"]}
+    np.testing.assert_array_equal(read(text, arm_of("joint1", "joint2"), **reading).q, [[3, 4], [3, 5]])
 
 
 def test_joint_states_of_plotjuggler(read):
     kinds = ("position", "velocity", "effort")
-    names = [f"/joint_states/{name}/{what}" for what in kinds for name in reversed(UR)]
-    stamp = [f"/joint_states/header/stamp/{what}" for what in ("sec", "nanosec")]
+    names = [f"/joint_states/{name}/{kind}" for kind in kinds for name in reversed(UR)]
+    stamp = [f"/joint_states/header/stamp/{field}" for field in ("sec", "nanosec")]
     values = np.arange(36.0).reshape(2, 18)
     lines = [",".join(["__time", *stamp, *names])]
     for k, row in enumerate(values):

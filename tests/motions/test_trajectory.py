@@ -49,7 +49,7 @@ def test_arrays_that_nobody_can_write_to_are_no_copies():
 
 
 @pytest.mark.parametrize(
-    ("given_", "message"),
+    ("arguments", "message"),
     [
         ((TIME, Q[:0], Q, Q), "at least one set point"),
         ((TIME[:2], Q, Q, Q), "time has the wrong shape"),
@@ -60,10 +60,10 @@ def test_arrays_that_nobody_can_write_to_are_no_copies():
         ((TIME, [["a", "b"]], Q, Q), "q is not made of numbers"),
     ],
 )
-def test_impossible_values_are_refused(given_, message):
+def test_impossible_values_are_refused(arguments, message):
     for make in (gd.Trajectory, gd.Trajectory.from_arrays):
         with pytest.raises(TrajectoryError, match=message):
-            make(*given_)
+            make(*arguments)
     for gaps in ((0,), (3,), (2, 1)):
         with pytest.raises(TrajectoryError, match="gaps"):
             gd.Trajectory(TIME, Q, Q, Q, gaps=gaps)
@@ -76,9 +76,9 @@ def test_what_is_left_out_is_derived_as_from_a_file(n_set_points, has_qd, has_qd
     time, phase = np.linspace(0.0, 2.0, n_set_points), np.random.default_rng(seed).uniform(0, 1, 2)
     angle = time[:, None] + phase
     q, qd, qdd = np.sin(angle), np.cos(angle), -np.sin(angle)
-    given_ = (qd if has_qd else None, qdd if has_qdd else None)
-    trajectory = gd.Trajectory(time, q, *given_, name="left-out", origin="here")
-    expected = gd.Trajectory.from_arrays(time, q, *given_)
+    arguments = (qd if has_qd else None, qdd if has_qdd else None)
+    trajectory = gd.Trajectory(time, q, *arguments, name="left-out", origin="here")
+    expected = gd.Trajectory.from_arrays(time, q, *arguments)
     for name in ("time", "q", "qd", "qdd"):
         np.testing.assert_array_equal(getattr(trajectory, name), getattr(expected, name))
     assert trajectory.derivatives_from == expected.derivatives_from
@@ -126,10 +126,10 @@ def test_quintic_motions_are_differentiated_exactly(coefficients, n_set_points, 
         / duration**order
         for order in range(3)
     )
-    found = gd.Trajectory(x * duration, q)
+    derived = gd.Trajectory(x * duration, q)
     h = duration / (n_set_points - 1)
-    assert np.abs(found.qd - qd).max() <= 1e5 * EPS * 6 / h
-    assert np.abs(found.qdd - qdd).max() <= 1e5 * EPS * 6 / h**2
+    assert np.abs(derived.qd - qd).max() <= 1e5 * EPS * 6 / h
+    assert np.abs(derived.qdd - qdd).max() <= 1e5 * EPS * 6 / h**2
     from_qd = gd.Trajectory(x * duration, q, qd)
     np.testing.assert_array_equal(from_qd.qd, qd)
     assert np.abs(from_qd.qdd - qdd).max() <= 1e5 * EPS * 6 * np.abs(qd).max(initial=1.0) / h
@@ -143,14 +143,14 @@ def test_a_spline_in_blocks_is_the_spline_of_the_whole(count):
     q = np.sin(time[:, None] * [1.0, 3.0])
     motion = gd.Trajectory(time, q)
     from_velocities = gd.Trajectory(time, q, motion.qd)
-    for found, values, order in (
+    for derivative, values, order in (
         (motion.qd, q, 1),
         (motion.qdd, q, 2),
         (from_velocities.qdd, motion.qd, 1),
     ):
         whole = make_interp_spline(time, values, k=5).derivative(order)(time)
         # Round-off alone: of values of 1, divided by the time step per derivative.
-        assert np.abs(found - whole).max() <= 100 * EPS / 1e-3**order
+        assert np.abs(derivative - whole).max() <= 100 * EPS / 1e-3**order
 
 
 def test_a_clock_that_counts_from_1970_costs_nothing():
@@ -192,9 +192,9 @@ SLIPS: dict[str, tuple[dict[str, object], str]] = {
 
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_slip_is_named_once(slip):
-    changed, said = SLIPS[slip]
-    (found,) = contradictions(**({"time": T, "q": SQ, "qd": SQD, "qdd": SQDD} | changed))
-    assert said in found
+    changed, fact = SLIPS[slip]
+    (message,) = contradictions(**({"time": T, "q": SQ, "qd": SQD, "qdd": SQDD} | changed))
+    assert fact in message
 
 
 def test_sound_numbers_are_not_suspected():
@@ -229,7 +229,7 @@ def test_planned_motions_are_not_suspected(data):
     times = np.sort(rng.uniform(0.1, 0.9, vias)) * duration if data.draw(st.booleans()) and vias else None
     how = {"profile": profile, "n_set_points": data.draw(st.integers(2, 60)), "via_times": times}
     try:
-        made = gd.plan(ARM, knots[0], knots[-1], duration, via=list(knots[1:-1]), **how)
+        planned = gd.plan(ARM, knots[0], knots[-1], duration, via=list(knots[1:-1]), **how)
     except TrajectoryError:  # all three joints stand still
         assume(False)
-    assert contradictions(made.time, made.q, made.qd, made.qdd) == []
+    assert contradictions(planned.time, planned.q, planned.qd, planned.qdd) == []

@@ -43,10 +43,10 @@ def test_the_example_is_fine(file):
     assert arm.title == "mine"
     suffixed = ARM.replace("range = [0.0, 0.5]", "range_mm = [0, 500]")
     suffixed = suffixed.replace("com = [0.0, 0.0, 0.1]", "com_mm = [0.0, 0.0, 100.0]")
-    again = gd.load_arm(file(suffixed))
-    assert again.joints[1].upper == arm.joints[1].upper == 0.5
+    reloaded = gd.load_arm(file(suffixed))
+    assert reloaded.joints[1].upper == arm.joints[1].upper == 0.5
     # 100 * 1e-3 and 0.1 differ by a rounding at most.
-    assert again.links[0].com[2] == pytest.approx(arm.links[0].com[2], rel=2.3e-16)
+    assert reloaded.links[0].com[2] == pytest.approx(arm.links[0].com[2], rel=2.3e-16)
     # The radius of gyration of a mass that stands for none, cubed, is beyond a float.
     assert gd.load_arm(file(ARM.replace("mass = 2.0", "mass = 7e-283"))).mass[0] == 7e-283
 
@@ -57,9 +57,9 @@ def test_inertia_about_the_origin(file):
         "inertia = { xx = 0.02, yy = 0.02, zz = 0.01 }",
         'inertia = { xx = 0.04, yy = 0.04, zz = 0.01 }\ninertia_about = "origin"',
     )
-    found = gd.load_arm(file(about_origin)).links[0].inertia_com
+    inertia = gd.load_arm(file(about_origin)).links[0].inertia_com
     expected = gd.load_arm(file(ARM)).links[0].inertia_com
-    assert abs(found - expected).max() <= 1e-17  # two roundings of numbers of 0.04
+    assert abs(inertia - expected).max() <= 1e-17  # two roundings of numbers of 0.04
 
 
 def test_stated_uncertainties(file):
@@ -167,8 +167,8 @@ def read_back(arm: RobotArm, folder: Path) -> RobotArm:
         return gd.load_arm(path)
 
 
-def same_but_for(arm: RobotArm, again: RobotArm, *names: str) -> None:
-    before, after = describe_in_full(arm), describe_in_full(again)
+def same_but_for(arm: RobotArm, reloaded: RobotArm, *names: str) -> None:
+    before, after = describe_in_full(arm), describe_in_full(reloaded)
     for name in names:
         del before[name], after[name]
     assert after == before
@@ -177,17 +177,17 @@ def same_but_for(arm: RobotArm, again: RobotArm, *names: str) -> None:
 @examples(30)
 @given(arms(max_joints=6))
 def test_any_arm_reads_back_to_the_last_bit(tmp_path_factory, arm):
-    again = read_back(arm, tmp_path_factory.mktemp("arm"))
-    assert fingerprint(again, drives=True) == fingerprint(arm, drives=True)
-    same_but_for(arm, again, "title", "convention")
+    reloaded = read_back(arm, tmp_path_factory.mktemp("arm"))
+    assert fingerprint(reloaded, drives=True) == fingerprint(arm, drives=True)
+    same_but_for(arm, reloaded, "title", "convention")
 
 
 @pytest.mark.parametrize("name", gd.builtin_arms())
 def test_built_in_arms_keep_their_table(name, tmp_path):
     arm = gd.load_arm(name)
-    again = read_back(arm, tmp_path)
-    assert again.dh_table == arm.dh_table
-    same_but_for(arm, again)
+    reloaded = read_back(arm, tmp_path)
+    assert reloaded.dh_table == arm.dh_table
+    same_but_for(arm, reloaded)
 
 
 def test_right_angles_texts_and_names_come_back(file, tmp_path):
@@ -198,9 +198,9 @@ def test_right_angles_texts_and_names_come_back(file, tmp_path):
         sources=('A "quoted" \\ source\nof two lines', "é"),
         doubts=("its base is moved",),
     )
-    again = read_back(arm, tmp_path)
-    assert again.name == "my_arm___2"
-    same_but_for(arm, again, "name")
+    reloaded = read_back(arm, tmp_path)
+    assert reloaded.name == "my_arm___2"
+    same_but_for(arm, reloaded, "name")
     text = (tmp_path / "written.toml").read_text(encoding="utf-8")
     assert "\nrpy_deg = [90.0, 0.0, 0.0]" in text
     assert "range_deg = [-90.0, inf]" in text

@@ -23,12 +23,16 @@ from strategies import arms, examples
 from transforms import link_frames
 
 
-def one(**changes) -> gd.types.RobotArm:
+def one_joint(**changes) -> gd.types.RobotArm:
     return gd.types.RobotArm(**{"name": "a", "joints": (Joint("1"),), "links": (link(),)} | changes)
 
 
 def test_limits_that_are_unknown_are_infinite():
-    limits = [*one().limits("lower"), *one().limits("upper"), *one().limits("velocity_limit")]
+    limits = [
+        *one_joint().limits("lower"),
+        *one_joint().limits("upper"),
+        *one_joint().limits("velocity_limit"),
+    ]
     assert limits == [-np.inf, np.inf, np.inf]
 
 
@@ -48,11 +52,11 @@ def test_limits_that_are_unknown_are_infinite():
         (lambda: DHRow(0.0, "1", 0.0, 0.0), "d of a Denavit-Hartenberg row is not made of numbers"),
         (lambda: LinkUncertainty(com=np.array([0.0, -0.1, 0.0])), "com of a link's uncertainty is negative"),
         (lambda: LinkUncertainty(inertia=np.triu(np.ones((3, 3)))), "uncertainty is not symmetric"),
-        (lambda: one(joints=(), links=()), "has no joints"),
-        (lambda: one(links=()), "as many links as joints"),
-        (lambda: one(drives=(Drive(),) * 2), "as many drives as joints"),
-        (lambda: one(convention=7), "an arm's convention is not a name"),
-        (lambda: one(sources=("\u200b",)), "not printable"),
+        (lambda: one_joint(joints=(), links=()), "has no joints"),
+        (lambda: one_joint(links=()), "as many links as joints"),
+        (lambda: one_joint(drives=(Drive(),) * 2), "as many drives as joints"),
+        (lambda: one_joint(convention=7), "an arm's convention is not a name"),
+        (lambda: one_joint(sources=("\u200b",)), "not printable"),
     ],
 )
 def test_impossible_parts(build, says):
@@ -67,9 +71,9 @@ def test_values_cannot_be_changed(puma):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
     com = np.zeros(3)
-    made = link(com=com)
+    body = link(com=com)
     com[0] = 0.05
-    assert made.com[0] == 0.0
+    assert body.com[0] == 0.0
 
 
 @examples(20)
@@ -92,13 +96,13 @@ def test_description_round_trip(arm):
 
 def test_uncertainties_are_no_part_of_the_fingerprint():
     """What acts on torque is; how well it is known changes no result that was made for the arm."""
-    plain = one(drives=(Drive(1.0),))
-    known = link(name="x", mass=np.float32(1), uncertainty=LinkUncertainty(0.1))
-    stated = RobotArm("b", (Joint("2"),), (known,), drives=(Drive(1.0, 0.1),))
+    plain = one_joint(drives=(Drive(1.0),))
+    measured = link(name="x", mass=np.float32(1), uncertainty=LinkUncertainty(0.1))
+    stated = RobotArm("b", (Joint("2"),), (measured,), drives=(Drive(1.0, 0.1),))
     assert fingerprint(stated, drives=True) == fingerprint(plain, drives=True)
     # Stored models name their arms by it.
     assert fingerprint(plain) == "e2d53fe166ba8618a5c5d9d0ef23435d8285b50c9e8f86a907855992e3ab1eb6"
-    assert fingerprint(plain, drives=True) != fingerprint(one(drives=(Drive(2.0),)), drives=True)
+    assert fingerprint(plain, drives=True) != fingerprint(one_joint(drives=(Drive(2.0),)), drives=True)
 
 
 def leaves(value, keys=()):

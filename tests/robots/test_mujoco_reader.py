@@ -99,6 +99,6 @@ def test_files_of_every_kind(name, tmp_path):
 def test_public_robots(name, tmp_path):
     if FRAX is None or FRAX.origin is None:
         pytest.skip("frax, which has the robots' files, is not installed")
-    (found,) = Path(FRAX.origin).parent.rglob(name)
-    path = without_meshes(found, tmp_path)
+    (robot_file,) = Path(FRAX.origin).parent.rglob(name)
+    path = without_meshes(robot_file, tmp_path)
     assert_same_bodies(gd.load_arm(path), mujoco.MjModel.from_xml_path(str(path)), TOLERANCE)

@@ -155,7 +155,7 @@ def accelerations(arm) -> list[float | None]:
 
 
 @pytest.mark.parametrize(
-    ("given", "expected"),
+    ("limits", "expected"),
     [
         (["shoulder=3", "elbow=180deg"], [3.0, math.pi]),
         (["all=4", "elbow=5"], [4.0, 5.0]),
@@ -165,10 +165,10 @@ def accelerations(arm) -> list[float | None]:
         ((), [None, None]),
     ],
 )
-def test_words_and_numbers(robot, given, expected):
-    arm = gd.load_arm(robot, limits=given)
+def test_words_and_numbers(robot, limits, expected):
+    arm = gd.load_arm(robot, limits=limits)
     assert accelerations(arm) == expected
-    assert len(arm.assumptions) == 1 + (len(given) if isinstance(given, list) else bool(given))
+    assert len(arm.assumptions) == 1 + (len(limits) if isinstance(limits, list) else bool(limits))
 
 
 def test_the_file_of_moveit(robot, tmp_path):
@@ -184,20 +184,20 @@ def test_the_file_of_moveit(robot, tmp_path):
 
 
 def test_degrees_headings_and_toml(robot, tmp_path):
-    path, other = tmp_path / "limits.yml", tmp_path / "limits.toml"
+    path, toml_path = tmp_path / "limits.yml", tmp_path / "limits.toml"
     path.write_text(
         "robot_description_planning:\n  joint_limits:\n    elbow: {has_position_limits: true,"
         " min_position: !degrees -90, max_position: !radians 1, max_acceleration: !degrees 180}\n"
     )
     elbow = gd.load_arm(robot, limits=path).joints[1]
     assert (elbow.lower, elbow.upper, elbow.acceleration_limit) == (-math.pi / 2, 1.0, math.pi)
-    other.write_text("[joint_limits.elbow]\nmax_acceleration = 3\nmax_velocity = 2.0\n")
-    elbow = gd.load_arm(robot, limits=other).joints[1]
+    toml_path.write_text("[joint_limits.elbow]\nmax_acceleration = 3\nmax_velocity = 2.0\n")
+    elbow = gd.load_arm(robot, limits=toml_path).joints[1]
     assert (elbow.acceleration_limit, elbow.velocity_limit) == (3.0, 2.0)
 
 
 @pytest.mark.parametrize(
-    ("given", "fact"),
+    ("limits", "fact"),
     [
         (["elbow"], "2 values with commas"),
         (["1,2,3"], "1,2,3"),
@@ -208,9 +208,9 @@ def test_degrees_headings_and_toml(robot, tmp_path):
         ([3], "found: 3"),
     ],
 )
-def test_words_that_are_no_limits(robot, given, fact):
+def test_words_that_are_no_limits(robot, limits, fact):
     with pytest.raises(UsageError, match=fact):
-        gd.load_arm(robot, limits=given)
+        gd.load_arm(robot, limits=limits)
 
 
 @pytest.mark.parametrize(
@@ -250,16 +250,16 @@ def test_gravity_and_drive_inertia_in_place_of_the_files(read):
 def test_drives_of_a_file_beside_the_robots(read, tmp_path):
     """Inertia, friction and limits; a slip in it has its line."""
     path = tmp_path / "drives.toml"
-    one = "[[drives]]\ninertia = {}\nviscous = 0.3\ncoulomb = [1.0, -1.5]\n"
-    path.write_text(one.format(0.2) + one.format(0.4) + "torque_limit = 50.0\n")
+    drive = "[[drives]]\ninertia = {}\nviscous = 0.3\ncoulomb = [1.0, -1.5]\n"
+    path.write_text(drive.format(0.2) + drive.format(0.4) + "torque_limit = 50.0\n")
     arm = read(two_joints(), drive_inertia=str(path))
     assert arm.drive_inertia.tolist() == [0.2, 0.4]
     assert [drive.coulomb for drive in arm.drives] == [(1.0, -1.5)] * 2
     assert [drive.torque_limit for drive in arm.drives] == [None, 50.0]
-    path.write_text(one.format(0.2) + one.format(-0.4))
+    path.write_text(drive.format(0.2) + drive.format(-0.4))
     with pytest.raises(ArmError, match=r"drives.toml, line 6"):
         gd.load_arm("two_link", drive_inertia=str(path))
-    path.write_text(one.format(0.2))
+    path.write_text(drive.format(0.2))
     with pytest.raises(ArmError, match="drives"):
         gd.load_arm("two_link", drive_inertia=str(path))
     path.write_text('name = "x"\n')

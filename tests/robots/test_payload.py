@@ -93,7 +93,7 @@ def test_shapes_that_do_not_fit(puma):
 
 
 @pytest.mark.parametrize(
-    ("given_payload", "said"),
+    ("given_payload", "fact"),
     [
         ((2500.0, [0.0, 0.0, 0.1]), "in grams"),
         ((1.5, [0.0, 0.0, 100.0]), "metres"),
@@ -101,7 +101,7 @@ def test_shapes_that_do_not_fit(puma):
         ((1.0, [0.0, 0.0, 0.1], [-0.1, 0.1, 0.1]), "by 100 %"),
     ],
 )
-def test_an_implausible_payload_is_warned_of(puma, given_payload, said):
-    with pytest.warns(GdAnalyzeWarning, match=said) as caught:
+def test_an_implausible_payload_is_warned_of(puma, given_payload, fact):
+    with pytest.warns(GdAnalyzeWarning, match=fact) as caught:
         with_payload(puma, *given_payload)
     assert len(caught) == 1

@@ -183,10 +183,10 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
 def test_a_slip_is_found_by_its_check(check):
-    for arm, said in SLIPS[check.__name__]:
-        (found,) = (f"{place}: {message}" for place, message in check(arm))
-        assert said in found
-        assert found in implausible(arm)
+    for arm, fact in SLIPS[check.__name__]:
+        (sentence,) = (f"{place}: {message}" for place, message in check(arm))
+        assert fact in sentence
+        assert sentence in implausible(arm)
 
 
 FINE = [
@@ -271,12 +271,12 @@ IN_OTHER_UNITS = ((1e3, 1.0, DENSE), (1.0, 1e4, WIDE), (1.0, 1e9, WIDE), (1e3, 1
 
 
 def assert_suspected_in_other_units(arm: RobotArm) -> None:
-    for mass, inertia, said in IN_OTHER_UNITS:
+    for mass, inertia, fact in IN_OTHER_UNITS:
         if max(np.abs(link.inertia_com).max() for link in arm.links) * inertia > LARGEST:
             with pytest.raises(ArmError, match="too large for any arm"):  # a crane's, in g mm^2
                 scaled(arm, mass, inertia)
         else:
-            assert any(said in slip for slip in implausible(scaled(arm, mass, inertia)))
+            assert any(fact in slip for slip in implausible(scaled(arm, mass, inertia)))
 
 
 @given(arm=plausible_arms(lightest=270.0))

@@ -108,18 +108,18 @@ def test_one_centre_of_mass_in_metres_is_enough(tmp_path, index):
     path.write_text(f"{text[:start]}com = {com}{text[end:]}", encoding="utf-8")
     with pytest.warns(GdAnalyzeWarning) as caught:
         gd.load_arm(path)
-    told = f"inertia of link {index + 1} is physically inconsistent"
-    assert any(told in str(item.message) for item in caught)
+    message = f"inertia of link {index + 1} is physically inconsistent"
+    assert any(message in str(item.message) for item in caught)
 
 
 def test_the_boom(stanford):
     """What can be said by hand: D33 is the mass that slides, and standing upright it carries its weight."""
     q = np.array([[0.3, 0.0, 0.7, 0.4, -0.5, 0.6]])
-    found = decompose_states(stanford, States(q, 0 * q, 0 * q))
+    effects = decompose_states(stanford, States(q, 0 * q, 0 * q))
     sliding = stanford.mass[2:].sum()
     # A sum of four masses, and of four weights along z: some roundings of each.
-    np.testing.assert_allclose(found["inertia"][0, :, 2, 2], [sliding, 0.0], rtol=1e-15)
-    np.testing.assert_allclose(found["gravity_loading"][0, 2], 9.8062 * sliding, rtol=1e-14)
+    np.testing.assert_allclose(effects["inertia"][0, :, 2, 2], [sliding, 0.0], rtol=1e-15)
+    np.testing.assert_allclose(effects["gravity_loading"][0, 2], 9.8062 * sliding, rtol=1e-14)
 
 
 def test_the_wrist_is_where_the_table_says(stanford):
@@ -171,27 +171,27 @@ def toolbox() -> gd.types.RobotArm:
     for i, (d, a, turns, mass, com, moments, _, _) in enumerate(TOOLBOX):
         before, behind = standard_placements("revolute", DHRow(0.0, d, a, turns * np.pi / 2))
         joints.append(Joint(str(i), placement=before))
-        known = {"axial_only": i == 0, "as_measured": i == 2}
-        links.append(Link(str(i), mass, np.array(com, dtype=float), np.diag(moments), behind, **known))
+        options = {"axial_only": i == 0, "as_measured": i == 2}
+        links.append(Link(str(i), mass, np.array(com, dtype=float), np.diag(moments), behind, **options))
     return gd.types.RobotArm("toolbox", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
 
 
 def dynamics(arm: gd.types.RobotArm) -> dict[str, np.ndarray]:
-    found = decompose_states(arm, States(POSE[None], RATES[None], np.zeros((1, 6))))
+    effects = decompose_states(arm, States(POSE[None], RATES[None], np.zeros((1, 6))))
     return {
-        "inertia": found["inertia"][0].sum(axis=0) + np.diag(DRIVE_INERTIA),
-        "coriolis_centrifugal": found["coriolis_centrifugal"][0].sum(axis=0),
-        "gravity_loading": found["gravity_loading"][0],
+        "inertia": effects["inertia"][0].sum(axis=0) + np.diag(DRIVE_INERTIA),
+        "coriolis_centrifugal": effects["coriolis_centrifugal"][0].sum(axis=0),
+        "gravity_loading": effects["gravity_loading"][0],
     }
 
 
 def test_published_figures_hold_for_the_toolboxs_own_numbers(toolbox):
-    found = dynamics(toolbox)
-    np.testing.assert_allclose(found["gravity_loading"], GRAVITY_LOADING, atol=HALF_DIGIT)
-    np.testing.assert_allclose(found["inertia"], INERTIA, atol=HALF_DIGIT)
+    effects = dynamics(toolbox)
+    np.testing.assert_allclose(effects["gravity_loading"], GRAVITY_LOADING, atol=HALF_DIGIT)
+    np.testing.assert_allclose(effects["inertia"], INERTIA, atol=HALF_DIGIT)
     # A row of the published matrix times the velocities: each of its entries is half a digit off at most.
     np.testing.assert_allclose(
-        found["coriolis_centrifugal"], CORIOLIS @ RATES, atol=HALF_DIGIT * np.abs(RATES).sum()
+        effects["coriolis_centrifugal"], CORIOLIS @ RATES, atol=HALF_DIGIT * np.abs(RATES).sum()
     )
 
 
@@ -199,9 +199,9 @@ def test_they_do_not_with_the_sign_of_1986(toolbox):
     """Link 4's centre of mass on the other side of the wrist's centre."""
     links = list(toolbox.links)
     links[3] = dataclasses.replace(links[3], com=-links[3].com)
-    found = dynamics(dataclasses.replace(toolbox, links=tuple(links)))
-    assert np.abs(found["gravity_loading"] - GRAVITY_LOADING)[1:3].min() > 100 * HALF_DIGIT
-    assert np.abs(np.diag(found["inertia"]) - np.diag(INERTIA))[:3].min() > 100 * HALF_DIGIT
+    effects = dynamics(dataclasses.replace(toolbox, links=tuple(links)))
+    assert np.abs(effects["gravity_loading"] - GRAVITY_LOADING)[1:3].min() > 100 * HALF_DIGIT
+    assert np.abs(np.diag(effects["inertia"]) - np.diag(INERTIA))[:3].min() > 100 * HALF_DIGIT
 
 
 def test_where_the_centre_of_mass_of_link_4_lies(toolbox, puma):

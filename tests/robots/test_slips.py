@@ -61,7 +61,7 @@ def test_the_arm_without_a_slip_is_not_doubted(doubts):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "fact"),
     [
         (number("rpy", 'joint name="j3"', "0 0 90"), "line .*an angle of 90 is more than a full turn"),
         (number("xyz", 'joint name="j3"', "10 0 0"), "an offset of 10 m; all others add up to"),
@@ -76,13 +76,13 @@ def test_the_arm_without_a_slip_is_not_doubted(doubts):
         (number("value", 'link name="link_6"', "8"), "link link_6 has 8 kg, more than a third of all links"),
     ],
 )
-def test_urdf_is_doubted(doubts, text, told):
+def test_urdf_is_doubted(doubts, text, fact):
     assert text != ARM
-    assert re.search(told, doubts(text))
+    assert re.search(fact, doubts(text))
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "fact"),
     [
         (number("value", 'link name="link_2"', "1_0"), "value of <mass> is not a finite number"),
         (
@@ -101,8 +101,8 @@ def test_urdf_is_doubted(doubts, text, told):
         ),
     ],
 )
-def test_urdf_is_refused(doubts, text, told):
-    with pytest.raises(ArmError, match=told) as caught:
+def test_urdf_is_refused(doubts, text, fact):
+    with pytest.raises(ArmError, match=fact) as caught:
         doubts(text)
     assert "line" in caught.value.details["where"]
 
@@ -111,7 +111,7 @@ MOTOR = "<motorInertia>2e-5</motorInertia><mechanicalReduction>100</mechanicalRe
 
 
 @pytest.mark.parametrize(
-    ("actuator", "told"),
+    ("actuator", "fact"),
     [
         (
             f"<actuator name='m'>{MOTOR}</actuator>",
@@ -122,9 +122,9 @@ MOTOR = "<motorInertia>2e-5</motorInertia><mechanicalReduction>100</mechanicalRe
         ("<actuator><motorInertia/></actuator>", "^$"),
     ],
 )
-def test_a_motor_inertia_is_told_with_its_value_at_the_joint(doubts, actuator, told):
+def test_a_motor_inertia_is_told_with_its_value_at_the_joint(doubts, actuator, fact):
     of = '<transmission name="t"><joint name="{}"/>{}</transmission></robot>'
-    assert re.search(told.replace("^2", r"\^2"), doubts(ARM.replace("</robot>", of.format("j2", actuator))))
+    assert re.search(fact.replace("^2", r"\^2"), doubts(ARM.replace("</robot>", of.format("j2", actuator))))
     assert doubts(ARM.replace("</robot>", of.format("wheel", actuator))) == ""
 
 
@@ -142,14 +142,14 @@ TURNS = 'axis="0 1 0"'
 
 
 @pytest.mark.parametrize(
-    ("before", "told"),
+    ("before", "fact"),
     [
         ('<compiler coordinate="global"/>', "coordinate='global'"),
         ('<compiler angle="gradian"/>', "angle='gradian'"),
     ],
 )
-def test_mjcf_is_refused(doubts, before, told):
-    with pytest.raises(ArmError, match=told):
+def test_mjcf_is_refused(doubts, before, fact):
+    with pytest.raises(ArmError, match=fact):
         doubts(mjcf(two_bodies(TURNS), before), ".xml")
 
 

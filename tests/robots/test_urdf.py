@@ -194,10 +194,10 @@ def test_masses_that_are_none_are_doubted(arm_of):
     assert any("line 3, " in text and "upper has inertia" in text for text in arm.doubts)
 
 
-def right_angled(right: str, other: str) -> str:
+def right_angled(right: str, straight: str) -> str:
     """Base turn, then three parallel joints with frames turned to and fro by right angles."""
     names = ["base", "a", "b", "c", "d"]
-    turns = ["0 0 0", f"{right} 0 0", f"{right} 0 {other}", f"-{right} {right} 0"]
+    turns = ["0 0 0", f"{right} 0 0", f"{right} 0 {straight}", f"-{right} {right} 0"]
     axes = ["0 0 1", "0 0 1", "0 1 0", "0 0 1"]
     links = (link(name, rpy="0 0 0", xyz="0.1 0 0", ixy=0.0, ixz=0.0, iyz=0.0) for name in names)
     joints = (
@@ -210,9 +210,9 @@ def right_angled(right: str, other: str) -> str:
 def test_right_angles_of_few_digits_are_made_right(arm_of, right):
     exact, _ = arm_of(right_angled(repr(math.pi / 2), repr(math.pi)))
     arm, path = arm_of(right_angled(right, "3.14159265359"))
-    for one, other in zip(arm.joints, exact.joints, strict=True):
-        np.testing.assert_array_equal(one.placement.rotation, other.placement.rotation)
-        assert set(np.abs(one.placement.rotation).ravel()) == {0.0, 1.0}
+    for rounded, written in zip(arm.joints, exact.joints, strict=True):
+        np.testing.assert_array_equal(rounded.placement.rotation, written.placement.rotation)
+        assert set(np.abs(rounded.placement.rotation).ravel()) == {0.0, 1.0}
     assert len(ExactForm(arm).torques) == len(ExactForm(exact).torques)
     assert AbsoluteVelocities.of(arm).runs == AbsoluteVelocities.of(exact).runs
     off = max(abs(float(right) - math.pi / 2), abs(3.14159265359 - math.pi))
