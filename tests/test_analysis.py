@@ -102,7 +102,10 @@ def test_the_study_of_published_arms_is_up_to_date() -> None:
     row = module.row_of(chains["iiwa14_spherized to iiwa_link_7"])
     assert row.difference <= 1.0
     written = (ROOT / "analysis" / "arms_as_published.md").read_text("utf-8")
-    stated = re.search(rf"\| {row.chain.name} \| 7 \| {row.terms} \| {row.exact} \| (\d+) \|", written)
-    # A search tries at random, and roundings decide what is kept: another processor finds another program.
+    stated = re.search(rf"\| {row.chain.name} \| 7 \| {row.terms} \| (\d+) \| (\d+) \|", written)
     assert stated is not None
-    assert 0.9 * row.simplified <= int(stated[1]) <= 1.1 * row.simplified
+    exact, simplified = map(int, stated.groups())
+    # The page is of the version that it names. The order of steps decides what rewriting finds (2 % so far),
+    # and roundings what a search keeps; later versions find shorter models.
+    assert row.exact <= 1.03 * exact
+    assert row.simplified <= 1.1 * simplified

@@ -36,12 +36,12 @@ _BAD_PLACE = {
     errno.ENAMETOOLONG, errno.ELOOP, errno.EINVAL, errno.EXDEV,
 }  # fmt: skip
 
-_PIECE = 2**20  # bytes read at once
+_BYTES_AT_ONCE = 2**20  # bytes read at once
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
 # that writes there on the same machine.
 _TEMPORARY = ".gd-analyze."
 # Seconds after which any process removes them.
-_ABANDONED_AFTER = 86400.0
+_ABANDONED_AFTER_SECONDS = 86400.0
 _MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
 
 # Searched for in the bytes of any kind of file.
@@ -141,7 +141,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
         with Path(source).open("rb") as file:
             return read_at_most(file, most)
     data = bytearray()
-    while piece := source.read(min(_PIECE, most + 1 - len(data))):
+    while piece := source.read(min(_BYTES_AT_ONCE, most + 1 - len(data))):
         data += piece
         if len(data) > most:
             return None
@@ -218,7 +218,7 @@ def mark_in(path: Path) -> str:
     """First mark in a file; "" where it has none, is missing or cannot be read."""
     with suppress(OSError), path.open("rb") as file:
         before = b""
-        while piece := file.read(_PIECE):
+        while piece := file.read(_BYTES_AT_ONCE):
             if match := _MARK.search(before + piece):
                 return match[0].decode()
             before = piece[-40:]  # longer than a mark
@@ -279,7 +279,7 @@ def _own_prefix() -> str:
 def _remove_abandoned(folder: Path) -> None:
     for path in folder.glob(f"{_TEMPORARY}*"):
         with suppress(OSError):
-            if _is_dead(path.name) or time.time() - path.lstat().st_mtime > _ABANDONED_AFTER:
+            if _is_dead(path.name) or time.time() - path.lstat().st_mtime > _ABANDONED_AFTER_SECONDS:
                 shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 

@@ -48,7 +48,7 @@ Run = Callable[..., Result]
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr(terminal, "SHORT", NEVER)
+    monkeypatch.setattr(terminal, "SHORT_SECONDS", NEVER)
     return tmp_path
 
 
@@ -74,7 +74,7 @@ def process(here: Path) -> Run:
     """Run the program in a process of its own; no stages are told before `silent` seconds."""
 
     def call(line: str, *words: object, before: str = "", silent: float = NEVER, **more: Any) -> Result:
-        begin = f"from gd_analyze.cli import terminal\nterminal.SHORT = {silent}\n{before}\n{PROGRAM}"
+        begin = f"from gd_analyze.cli import terminal\nterminal.SHORT_SECONDS = {silent}\n{before}\n{PROGRAM}"
         command = [sys.executable, "-c", begin, *line.split(), *map(str, words)]
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | more
         done = subprocess.run(command, text=True, check=False, timeout=120, **streams)

@@ -15,7 +15,14 @@ from exported_cases import CASES, HOSTILE, NAMES, hostile, proven, renamed, roun
 from gd_analyze import __version__
 from gd_analyze.exporting.export import CLASSES, written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.exporting.names import ALL_RESERVED, LANGUAGES, LONGEST, RESERVED, identifier, identifiers
+from gd_analyze.exporting.names import (
+    ALL_RESERVED,
+    LANGUAGES,
+    LONGEST_NAME,
+    RESERVED,
+    identifier,
+    identifiers,
+)
 from gd_analyze.operations.program import OperationCount
 from long_cases import long
 from running import STRICT, called, needs_gcc, needs_gpp
@@ -102,9 +109,9 @@ def test_identifiers_are_safe_and_unique(names):
         assert re.fullmatch(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*", word)
         assert word.lower() not in ALL_RESERVED
         # Two words that are alike get a number behind.
-        assert len(word) <= LONGEST + 2
+        assert len(word) <= LONGEST_NAME + 2
         again = identifier(name)
-        assert len(again) <= LONGEST
+        assert len(again) <= LONGEST_NAME
         assert identifier(again) == again
 
 

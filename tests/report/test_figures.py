@@ -34,7 +34,7 @@ from gd_analyze.figures.joints import (
     recording_figure,
 )
 from gd_analyze.figures.reach import reach_figure
-from gd_analyze.figures.svg import UNIT, figure_svg, panel_svg, without_straights
+from gd_analyze.figures.svg import UNITS_PER_POINT, figure_svg, panel_svg, without_straights
 from gd_analyze.robots.parts import Joint
 from gd_analyze.types import Findings
 
@@ -65,8 +65,8 @@ def read_back(panel: Panel, figure: Figure, label: str) -> list[np.ndarray]:
     wide, high = figure.width - left - right, figure.height - top - bottom
     out = []
     for run in corners(found[1]):
-        x = panel.x.low + (run[:, 0] / UNIT - left) / wide * (panel.x.high - panel.x.low)
-        y = panel.y.high - (run[:, 1] / UNIT - top) / high * (panel.y.high - panel.y.low)
+        x = panel.x.low + (run[:, 0] / UNITS_PER_POINT - left) / wide * (panel.x.high - panel.x.low)
+        y = panel.y.high - (run[:, 1] / UNITS_PER_POINT - top) / high * (panel.y.high - panel.y.low)
         out.append(np.stack([x, y], axis=-1))
     return out
 

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 # Columns where the terminal's own number is unknown.
 WIDTH = 80
 # Without a terminal: seconds of work before the first stage is told.
-SHORT = 5.0
+SHORT_SECONDS = 5.0
 # Without a terminal: seconds between two lines on the same stage.
-AGAIN = 60.0
+REPEATED_AFTER_SECONDS = 60.0
 
 
 def lines(text: str) -> None:
@@ -61,7 +61,7 @@ class StageLines:
         self._label, self._printed, self._printed_at = "", "", 0.0
         self._lock = threading.Lock()
         # For the stage that goes on by then.
-        self._timer = threading.Timer(SHORT, self.tell)
+        self._timer = threading.Timer(SHORT_SECONDS, self.tell)
         self._timer.daemon = True
         self._timer.start()
 
@@ -70,8 +70,8 @@ class StageLines:
         with self._lock:
             self._label = self._label if label is None else label
             seconds = time.monotonic() - self._begin
-            is_new = self._label != self._printed or seconds - self._printed_at >= AGAIN
-            if seconds >= SHORT and is_new:
+            is_new = self._label != self._printed or seconds - self._printed_at >= REPEATED_AFTER_SECONDS
+            if seconds >= SHORT_SECONDS and is_new:
                 self._printed, self._printed_at = self._label, seconds
                 click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
 

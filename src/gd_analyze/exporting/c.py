@@ -19,11 +19,11 @@ from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.text import number, rounded_up
 
 # Angles processed at once: whole vectors of processors.
-_BLOCK = 4
+_ANGLES_AT_ONCE = 4
 # States processed at once: whole vectors of processors, little memory.
-_LANES = 8
+_STATES_AT_ONCE = 8
 # States at which single precision is compared with double.
-_STATES = 1000
+_DRAWN_STATES = 1000
 # Factor on the difference found there, as other compilers round differently.
 _COMPILER_FACTOR = 2.0
 
@@ -124,10 +124,11 @@ class C(Language):
         """State the error of single precision, joint by joint."""
         if not self.single or subject.torque is None:
             return ()
-        errors = single_precision_errors(subject.torque.program, states_in_box(subject.arm, _STATES))
+        count = _DRAWN_STATES
+        errors = single_precision_errors(subject.torque.program, states_in_box(subject.arm, count))
         most = ", ".join(number(rounded_up(_COMPILER_FACTOR * float(error))) for error in errors)
         return (
-            f"Single precision: at {_STATES} states drawn within the arm's limits it adds a torque error",
+            f"Single precision: at {count} states drawn within the arm's limits it adds a torque error",
             f"of at most {most} (joint by joint) to the above.",
         )
 
@@ -151,8 +152,8 @@ class C(Language):
             "constants": constants,
             "functions": inside,
             "trigonometric": many.n_angles or any(body.n_angles for _, body in inside),
-            "block": _BLOCK,
-            "lanes": _LANES,
+            "block": _ANGLES_AT_ONCE,
+            "lanes": _STATES_AT_ONCE,
             "main": main,
             "many": many,
             "declared": partial(self.declared, f"{subject.name}_"),
@@ -164,7 +165,7 @@ class C(Language):
     def one_by_one(self, function: Function) -> Inside:
         """Body for one state: sums are used only if they save a whole block of angles."""
         candidates = map(self._inside, (function, function.with_sums(in_pairs=True)))
-        return min(candidates, key=lambda candidate: -(-candidate.n_angles // _BLOCK))
+        return min(candidates, key=lambda candidate: -(-candidate.n_angles // _ANGLES_AT_ONCE))
 
     def _inside(self, function: Function) -> Inside:
         groups, remainder = in_strides(function)

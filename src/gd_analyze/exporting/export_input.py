@@ -18,7 +18,7 @@ from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficient
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.errors import UsageError, require_type
-from gd_analyze.exporting.names import LONGEST, identifier, identifiers
+from gd_analyze.exporting.names import LONGEST_NAME, identifier, identifiers
 from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
@@ -157,7 +157,7 @@ class ExportInput:
     def of_decomposition(cls, arm: RobotArm, name: str | None = None) -> ExportInput:
         """Export D and h by effect, and c, of the links alone."""
         suffix = "_decomposition"
-        default = f"{identifier(arm.name)[: LONGEST - len(suffix)].rstrip('_')}{suffix}"
+        default = f"{identifier(arm.name)[: LONGEST_NAME - len(suffix)].rstrip('_')}{suffix}"
         return cls(_prefix(name, default), arm, False, (_decomposition_function(arm),))
 
     def with_functions(self, names: Sequence[str]) -> ExportInput:
@@ -373,8 +373,8 @@ def _prefix(name: str | None, default: str) -> str:
         raise UsageError(
             "the name is not an identifier in every language",
             where="name",
-            expected=f"at most {LONGEST} ASCII letters, digits and single underscores, a letter first, and "
-            "not a reserved word of a language or its library",
+            expected=f"at most {LONGEST_NAME} ASCII letters, digits and single underscores, a letter first, "
+            "and not a reserved word of a language or its library",
             found=name,
             next_step=f"{identifier(name)} would do",
         )

@@ -16,7 +16,7 @@ from gd_analyze.exporting.header import header
 from gd_analyze.operations.trace import Expression
 from gd_analyze.text import shortened
 
-_LONGEST = 120
+_LONGEST_LINE = 120
 
 
 class Body(NamedTuple):
@@ -60,7 +60,7 @@ class Language:
 
     def foreign(self, text: str) -> str:
         """Write a text from outside, such as an arm's title, for a comment."""
-        return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST))
+        return re.sub(self.unfit, lambda sign: f"<U+{ord(sign[0]):02X}>", shortened(text, _LONGEST_LINE))
 
     def block(self, text: str) -> str:
         """Write lines as a comment."""

@@ -17,8 +17,8 @@ from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.simplification.exact import ExactForm
 
 # Significant digits of coefficients, and characters of plain text per line of a page.
-_DIGITS = 6
-_WIDTH = 68
+_COEFFICIENT_DIGITS = 6
+_CHARACTERS_PER_LINE = 68
 # Functions whose equations the document has.
 _TYPESET = ("torque", "inertia", "coriolis_centrifugal", "gravity_loading")
 
@@ -60,7 +60,7 @@ class Latex(Language):
                 found=", ".join(further),
                 next_step="export to LaTeX by itself, and these to another language",
             )
-        printer = Printer(_DIGITS)
+        printer = Printer(_COEFFICIENT_DIGITS)
         formulas, legend = _equations(subject)
         return {
             "title": self.tex(subject.arm.title or subject.arm.name),
@@ -69,7 +69,7 @@ class Latex(Language):
             "legend": printer.legend(legend),
             "errors": [] if subject.model is None else sampled_rows(subject.model),
             "bounds": [] if subject.certificate is None else proven_rows(subject.certificate),
-            "digits": _DIGITS,
+            "digits": _COEFFICIENT_DIGITS,
         }
 
 
@@ -83,10 +83,10 @@ def _equations(subject: ExportInput) -> tuple[tuple[Formula, ...], Legend]:
 
 def _lines(formula: Formula) -> Iterator[str]:
     """Break a formula into lines of a page, aligned at the sign of equality."""
-    printer, ruler = Printer(_DIGITS), Plain(_DIGITS)
+    printer, ruler = Printer(_COEFFICIENT_DIGITS), Plain(_COEFFICIENT_DIGITS)
     line, width = f"{printer.symbol(formula.left)} &=", 0
     for piece, plain in zip(printer.pieces(formula), ruler.pieces(formula), strict=True):
-        if width and width + len(plain) > _WIDTH:
+        if width and width + len(plain) > _CHARACTERS_PER_LINE:
             yield line
             line, width = r"&\quad", 0
         line, width = f"{line} {piece}", width + len(plain) + 1

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python", "sympy")
 
 # MATLAB allows 63 characters, including those appended to a name.
-LONGEST = 40
+LONGEST_NAME = 40
 
 # Words by language that cannot be names, regardless of capitals.
 RESERVED = {
@@ -62,7 +62,7 @@ def identifier(name: str, otherwise: str = "arm") -> str:
     word = re.sub(r"[^A-Za-z0-9]+", "_", plain).strip("_") or otherwise
     if not word[0].isalpha() or word.lower() in ALL_RESERVED:
         word = f"{otherwise}_{word}"
-    return word[:LONGEST].rstrip("_")
+    return word[:LONGEST_NAME].rstrip("_")
 
 
 def identifiers(names: Sequence[str], otherwise: str = "joint") -> tuple[str, ...]:

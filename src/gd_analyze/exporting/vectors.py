@@ -17,7 +17,7 @@ from gd_analyze.operations.program import program_inputs
 
 # Number of states within the arm's limits; tolerance as a share of a function's largest value: libraries
 # round differently, but a change of any coefficient by a thousandth shows.
-_STATES = 12
+_TESTED_STATES = 12
 _ALLOWED = {"double": 1e-9, "float": 3e-4}
 # Template and file of the test of each language that has one.
 _TESTS = {
@@ -82,15 +82,15 @@ def _values(subject: ExportInput) -> list[dict[str, Any]]:
     """States and outputs by name, state by state; accelerations serve as input torques."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # of limits that are not stated
-        states = states_in_box(subject.arm, _STATES, seed=1)
+        states = states_in_box(subject.arm, _TESTED_STATES, seed=1)
     inputs = program_inputs(states)
-    payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_STATES, PAYLOAD_SIZE))
+    payloads = np.random.default_rng(1).uniform(0.0, 1.0, (_TESTED_STATES, PAYLOAD_SIZE))
     inputs |= {f"tau{i + 1}": row for i, row in enumerate(states.last[2])}
     inputs |= {f"payload{i + 1}": row for i, row in enumerate(payloads.T)}
-    parameters = np.random.default_rng(2).uniform(-1.0, 1.0, (_STATES, len(subject.base or ())))
+    parameters = np.random.default_rng(2).uniform(-1.0, 1.0, (_TESTED_STATES, len(subject.base or ())))
     inputs |= {f"parameters{i + 1}": row for i, row in enumerate(parameters.T)}
     outputs = {function.name: function.program.run(inputs).T.tolist() for function in subject.functions}
     named = {"q": states.q.tolist(), "qd": states.qd.tolist(), "qdd": states.qdd.tolist()}
     named |= {"payload": payloads.tolist()} | outputs
     named |= {"parameters": parameters.tolist()} if subject.base else {}
-    return [{name: rows[s] for name, rows in named.items()} for s in range(_STATES)]
+    return [{name: rows[s] for name, rows in named.items()} for s in range(_TESTED_STATES)]

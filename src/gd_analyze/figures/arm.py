@@ -25,14 +25,14 @@ from gd_analyze.figures.figure import (
 from gd_analyze.figures.run import Run
 from gd_analyze.robots.arm import RobotArm
 
-_POSES = 7
+_DRAWN_POSES = 7
 # Most points of the end effector's path.
-_MOST_PLACES = 600
+_MOST_PATH_POINTS = 600
 # Most poses that a page plays.
 MOST_FRAMES = 240
 # Width and height of the oblique view, and of a view along an axis, pt.
-_OBLIQUE = (212.0, 172.0)
-_PLAIN = (FIGURE_WIDTH / 2, 130.0)
+_OBLIQUE_SIZE = (212.0, 172.0)
+_AXIS_VIEW_SIZE = (FIGURE_WIDTH / 2, 130.0)
 # Torques this far below the largest are round-off of sums that cancel.
 _ROUND_OFF = 1e-14
 
@@ -57,9 +57,11 @@ def arm_figure(run: Run) -> Figure:
     flat = flat_normal(all_points)
     view = _turned(*view_angles(flat))
     low, step, grid = _grid(all_points, flat)
-    x, y = _equal_axes(view.project(np.concatenate([all_points, *grid])), _OBLIQUE[0] - 16, _OBLIQUE[1] - 28)
+    x, y = _equal_axes(
+        view.project(np.concatenate([all_points, *grid])), _OBLIQUE_SIZE[0] - 16, _OBLIQUE_SIZE[1] - 28
+    )
     items: list[Item] = [_spatial(view, line, "line", 0.5) for line in grid]
-    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
+    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PATH_POINTS))
     if flat is None:
         shadow = path * (1, 1, 0) + (0, 0, low[2])
         items.append(_spatial(view, broken(shadow.T, gaps).T, "soft", 0.6, dashes=(1.5, 2.5)))
@@ -84,7 +86,7 @@ def arm_figure(run: Run) -> Figure:
     items.append(FigureWords(x.low, y.low, f"grid {tick_label(step)} m", size=6.5, up=-9.0))
     panel = Panel("arm", "", x, y, tuple(items), is_bare=True, margins=(8.0, 16.0, 8.0, 12.0))
     title = "The arm along the trajectory: poses, and the path of its end effector"
-    return Figure(title, ((panel,),), *_OBLIQUE)
+    return Figure(title, ((panel,),), *_OBLIQUE_SIZE)
 
 
 def views_figure(run: Run) -> Figure:
@@ -92,9 +94,12 @@ def views_figure(run: Run) -> Figure:
     moved, path = _moved(run)
     all_points = np.concatenate([moved.reshape(-1, 3), path])
     panels, margins = [], (26.0, 12.0, 8.0, 14.0)
-    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PLACES))
+    gaps = run.gaps_among(evenly(run.trajectory.n_set_points, _MOST_PATH_POINTS))
     for view in _plain_views(upright_frame(run.arm), all_points):
-        wide, high = _PLAIN[0] - margins[0] - margins[2], _PLAIN[1] - margins[1] - margins[3]
+        wide, high = (
+            _AXIS_VIEW_SIZE[0] - margins[0] - margins[2],
+            _AXIS_VIEW_SIZE[1] - margins[1] - margins[3],
+        )
         x, y = _equal_axes(view.project(all_points), wide, high)
         path_points = view.project(broken(path.T, gaps).T)
         items = [
@@ -106,7 +111,7 @@ def views_figure(run: Run) -> Figure:
             items.append(Curve(end[:1], end[1:], "rotation", 0.0, marker="circle", size=4.5, hollow=hollow))
         corner = f"{_axis_name(view.right)} to the right, {_axis_name(view.up)} up, m"
         panels.append(Panel(view.title, view.title, x, y, tuple(items), corner, margins=margins))
-    return Figure("The arm along the axes of its base frame", (tuple(panels),), *_PLAIN)
+    return Figure("The arm along the axes of its base frame", (tuple(panels),), *_AXIS_VIEW_SIZE)
 
 
 def playable(run: Run) -> dict[str, Any]:
@@ -185,8 +190,8 @@ def _plain_views(frame: FloatArray, points: FloatArray) -> tuple[View, ...]:
 def _moved(run: Run) -> tuple[FloatArray, FloatArray]:
     """Some poses along the trajectory, and the path of the end effector, m."""
     arm, motion = run.arm, run.trajectory
-    poses = skeleton(arm, motion.q[evenly(motion.n_set_points, _POSES)])
-    return poses, skeleton(arm, motion.q[evenly(motion.n_set_points, _MOST_PLACES)])[:, -1]
+    poses = skeleton(arm, motion.q[evenly(motion.n_set_points, _DRAWN_POSES)])
+    return poses, skeleton(arm, motion.q[evenly(motion.n_set_points, _MOST_PATH_POINTS)])[:, -1]
 
 
 def _spatial(view: View, points: FloatArray, colour: str, width: float, **more: Any) -> Curve:

@@ -12,7 +12,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.dominance import dominance_figure
-from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
+from gd_analyze.figures.elements import MOST_MARKED_SET_POINTS, Look, inertia_figure, vector_figure
 from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, FigureWords, Panel
 from gd_analyze.figures.run import Elements, Run
 from gd_analyze.figures.structure import matrix_figure, shares_figure
@@ -73,7 +73,7 @@ class ElementPlots:
         return axes_of(vector_figure(self.run, "gravity_loading", self._look(elements, look)), ax)
 
     def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
-        is_short = len(self.run.time) <= MARKED
+        is_short = len(self.run.time) <= MOST_MARKED_SET_POINTS
         fields: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
         if "effects" in fields:
             fields["effects"] = tuple(fields["effects"])

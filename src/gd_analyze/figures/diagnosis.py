@@ -30,7 +30,7 @@ _ACROSS = {
     "time": ("sample_time", "s", "s"),
 }
 # Dots of one colour in a panel.
-_MOST_DOTS = 200
+_MOST_DOTS_PER_COLOUR = 200
 _LEFT = {"as logged": ("series-1", "sample_measured", "sample_fitted")}
 _MENDED = {"with the causes": ("accent", "sample_mended", "sample_fitted_mended")}
 
@@ -74,7 +74,7 @@ def diagnosed_torque_figure(tabulated: xr.Dataset, arm: RobotArm) -> Figure:
 def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -> Figure:
     """Residuals of some joints, from 0, against position, velocity, acceleration and time, a row each."""
     looks, rows = _looks(tabulated), []
-    chosen = evenly(tabulated.sizes["sample"], _MOST_DOTS)
+    chosen = evenly(tabulated.sizes["sample"], _MOST_DOTS_PER_COLOUR)
     for i in joints:
         residuals = {
             look: (tabulated[measured].values - tabulated[fitted].values)[chosen, i]

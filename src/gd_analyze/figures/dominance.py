@@ -10,7 +10,14 @@ from gd_analyze.arrays import evenly
 from gd_analyze.dynamics.dominance_over_time import verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import UsageError
-from gd_analyze.figures.elements import LETTERS, MARKED, Look, inertia_figure, subscripted, vector_figure
+from gd_analyze.figures.elements import (
+    LETTERS,
+    MOST_MARKED_SET_POINTS,
+    Look,
+    inertia_figure,
+    subscripted,
+    vector_figure,
+)
 from gd_analyze.figures.figure import (
     FIGURE_WIDTH,
     HATCHING,
@@ -27,16 +34,16 @@ from gd_analyze.figures.run import Run
 from gd_analyze.text import amount, pretty
 
 # Most rows of elements.
-_ROWS = 30
+_MOST_ROWS = 30
 # Most columns that can be distinguished.
-_COLUMNS = 120
+_MOST_COLUMNS = 120
 # Shades by the element's torque, as a share of the peak torque of its joint.
 _SHADES = ((0.1, 1.0), (0.03, 0.7), (0.01, 0.45), (0.0, 0.22))
 _MARGINS = (26.0, 13.0, 114.0, 16.0)
 # Height of a row, pt.
-_PITCH = 9.5
+_ROW_HEIGHT = 9.5
 # Height of all rows on a first page, pt.
-_ROOM = 165.0
+_FIRST_PAGE_HEIGHT = 165.0
 _LEGEND = (
     *(
         LegendKey(name, name, "area", hatching=HATCHING.get(name, ""))
@@ -50,10 +57,10 @@ def dominance_figure(run: Run) -> Figure:
     """Elements of D and h against time, largest torque first: verdicts in colours, shaded by torque."""
     ranking = run.dominance
     is_shown = (ranking.quantity.values != "gravity_loading") & (ranking.verdict.values != "zero")
-    ranking = ranking.isel(element=np.flatnonzero(is_shown)[:_ROWS])
+    ranking = ranking.isel(element=np.flatnonzero(is_shown)[:_MOST_ROWS])
     labels = ranking.element.values.tolist()
     over_time = run.tables["dominance_over_time"].sel(element=labels)
-    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
+    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _MOST_COLUMNS))
     time, parts = over_time.time.values, over_time.dominance.values.swapaxes(0, 1)
     words = verdicts(over_time).values.T
     # The torque of what the colour names: the links' parts, or the element with its drive.
@@ -86,7 +93,7 @@ def dominance_figure(run: Run) -> Figure:
     y = Axis(float(rows), 0.0, tuple(k + 0.45 for k in range(rows)), names=tuple(map(subscripted, labels)))
     x = time_axis(time)
     panel = Panel("dominance", "", x, y, (cells, *_beside(run, labels, x.high)), margins=_MARGINS)
-    height = min(rows * _PITCH, _ROOM) + _MARGINS[1] + _MARGINS[3]
+    height = min(rows * _ROW_HEIGHT, _FIRST_PAGE_HEIGHT) + _MARGINS[1] + _MARGINS[3]
     return Figure("Verdict on each element over time", ((panel,),), FIGURE_WIDTH, height, _LEGEND)
 
 
@@ -111,7 +118,7 @@ def element_figures(
     run: Run, elements: Sequence[str], x: str, effects: Sequence[str], marks: bool | None
 ) -> dict[str, Figure]:
     """Figures by name: of each quantity among the labels, or of all, with dominance over time."""
-    marked = run.trajectory.n_set_points <= MARKED if marks is None else marks
+    marked = run.trajectory.n_set_points <= MOST_MARKED_SET_POINTS if marks is None else marks
     out = {}
     for letter, name in (("D", "inertia"), ("h", "coriolis_centrifugal"), ("c", "gravity_loading")):
         labels = tuple(label for label in elements if label.startswith(letter))

@@ -98,11 +98,11 @@ class Look:
 
 ABSCISSAE = ("time", "set point")
 # Most set points that are marked.
-MARKED = 50
+MOST_MARKED_SET_POINTS = 50
 # Most elements of a vector in one row.
-_ONE_ROW = 7
+_MOST_PANELS_PER_ROW = 7
 # Height of all panels of D and h, pt: a page without its captions and legends.
-_ROOM = 600.0
+_PAGE_HEIGHT = 600.0
 USUAL_LOOK = Look()
 
 
@@ -121,12 +121,12 @@ def _in_rows(run: Elements, label: str, chosen: Sequence[Element], look: Look) -
     """Panels of one size, so that all of D and h fill one page."""
     n = run.n_joints
     most = max(math.isqrt(n * (n + 3) // 2), 3)
-    of_vector = n if n <= _ONE_ROW else most
+    of_vector = n if n <= _MOST_PANELS_PER_ROW else most
     rows = -(-n * (n + 1) // 2 // most) + -(-n // of_vector)
     columns = min(len(chosen), most if chosen[0].quantity == "inertia" else of_vector)
     panels = [_panel(run, element, FIGURE_WIDTH / columns, look) for element in chosen]
     legend = _legend(look) if chosen[0].quantity != "gravity_loading" else ()
-    return in_columns(label, panels, columns, min(_ROOM / rows, 110.0), legend)
+    return in_columns(label, panels, columns, min(_PAGE_HEIGHT / rows, 110.0), legend)
 
 
 def _legend(look: Look) -> tuple[LegendKey, ...]:

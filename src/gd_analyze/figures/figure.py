@@ -33,7 +33,7 @@ FIGURE_WIDTH = 493.0
 # Hatching of what makes a torque; translation has none.
 HATCHING = {"rotation": "/", "both": "/\\", "velocity": "\\", "gravity": "|", "drive": "-", "drives": "-"}
 # Distance of the lines, pt.
-_PITCH = 2.6
+_HATCH_SPACING = 2.6
 
 Anchor = Literal["start", "middle", "end"]
 Marker = Literal["circle", "square", "triangle", "diamond", "cross", "star"]
@@ -265,7 +265,7 @@ def hatching(x: FloatArray, near: FloatArray, far: FloatArray, slopes: str) -> F
     floor, top = np.interp(across, x, low), np.interp(across, x, high)
     lines = []
     for slope in slopes:
-        pitch = _PITCH if slope in "-|" else _PITCH * math.sqrt(2.0)
+        pitch = _HATCH_SPACING if slope in "-|" else _HATCH_SPACING * math.sqrt(2.0)
         if slope == "|":
             at = pitch * np.arange(math.ceil(x[0] / pitch), x[-1] / pitch)
             lines.append(np.stack([[at, at], [np.interp(at, x, low), np.interp(at, x, high)]]).T)

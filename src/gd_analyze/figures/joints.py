@@ -45,13 +45,13 @@ CONTRIBUTION_LABELS = {
     "drives": "drives",
 }
 # A limit beyond this multiple of the torque would leave no room for the contributions.
-_NEAR = 1.6
+_LIMIT_IN_VIEW = 1.6
 # Height of the stacked torque, pt.
-_ROOM = 172.0
+_STACK_HEIGHT = 172.0
 # Length of the enlarged part, in periods of the cut-off.
-_PERIODS = 6.0
+_ENLARGED_PERIODS = 6.0
 # Least number of readings in the enlarged part.
-_FEWEST = 40
+_FEWEST_READINGS = 40
 
 
 def motion_figure(run: Run) -> Figure:
@@ -96,9 +96,12 @@ def most_accelerated(run: Run, joint: int) -> np.ndarray:
     motion = run.trajectory
     fastest = int(np.abs(motion.qdd[:, joint]).argmax())
     stretch = next(part for part in motion.stretches if part.start <= fastest < part.stop)
-    half, middle = _PERIODS / 2 / float(run.tables["recording"].cutoff[joint]), float(motion.time[fastest])
+    half, middle = (
+        _ENLARGED_PERIODS / 2 / float(run.tables["recording"].cutoff[joint]),
+        float(motion.time[fastest]),
+    )
     first, last = np.searchsorted(motion.time, (middle - half, middle + half))
-    first, last = min(first, fastest - _FEWEST // 2), max(last, fastest + _FEWEST // 2)
+    first, last = min(first, fastest - _FEWEST_READINGS // 2), max(last, fastest + _FEWEST_READINGS // 2)
     return np.arange(max(first, stretch.start), min(last, stretch.stop))
 
 
@@ -117,7 +120,7 @@ def contributions_figure(run: Run) -> Figure:
     """Torque over time, its positive parts stacked above zero and its negative ones below it."""
     parts, n = Contributions.of(run), run.arm.n_joints
     columns = {1: 1, 2: 2, 4: 2}.get(n, 3 if n <= 6 else 4)
-    height = max(min(_ROOM / -(-n // columns), 140.0), 60.0)
+    height = max(min(_STACK_HEIGHT / -(-n // columns), 140.0), 60.0)
     panels = [_stacked(run, parts, i, FIGURE_WIDTH / columns) for i in range(n)]
     keys = [
         LegendKey(CONTRIBUTION_LABELS[name], f"area-{name}", "area", hatching=HATCHING.get(name, ""))
@@ -136,7 +139,7 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
         [0.0, *(end for pile in piles for _, edge in pile.values() for end in (min(edge), max(edge)))]
     )
     size = np.abs(edges).max()
-    is_near = noise < size and limit <= _NEAR * size
+    is_near = noise < size and limit <= _LIMIT_IN_VIEW * size
     limits = [sign * limit for sign in (1.0, -1.0) if is_near and (sign > 0 or edges.min() < 0)]
     x, y = time_axis(parts.time), value_axis(joint.effort_unit, edges, np.array(limits), floor=noise)
     gaps = run.gaps_among(parts.points)

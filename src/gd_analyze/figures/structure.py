@@ -32,11 +32,11 @@ from gd_analyze.figures.run import Run
 from gd_analyze.text import percent
 
 # Width of the matrix, pt.
-MATRIX = 318.0
+MATRIX_WIDTH = 318.0
 # Width of the bars beside it, pt.
-BARS = 166.0
+BARS_WIDTH = 166.0
 # Largest side of a cell, pt.
-_CELL = 54.0
+_LARGEST_CELL = 54.0
 # Colour and letter of every part, in the order in which they are drawn.
 _PARTS = {
     "translation": ("translation", "T"),
@@ -92,7 +92,7 @@ def _is_measured(cell: Cell) -> bool:
 def matrix_figure(run: Run) -> Figure:
     """D (upper triangle), h and c: a panel per element, whose area is its share of the peak torque."""
     n, by_label = run.arm.n_joints, cells(run)
-    side = min(MATRIX / (n + 2), _CELL)
+    side = min(MATRIX_WIDTH / (n + 2), _LARGEST_CELL)
     rows: list[list[Panel | None]] = [[None] * (n + 2) for _ in range(n)]
     for element in elements(n):
         place = {"coriolis_centrifugal": n, "gravity_loading": n + 1}.get(element.quantity)
@@ -183,10 +183,10 @@ def shares_of_torque(run: Run) -> dict[str, FloatArray]:
 def shares_figure(run: Run) -> Figure:
     """A bar per joint: what makes its torque; rows as high as those of the matrix."""
     n, shares = run.arm.n_joints, shares_of_torque(run)
-    side = min(MATRIX / (n + 2), _CELL)
+    side = min(MATRIX_WIDTH / (n + 2), _LARGEST_CELL)
     rows = tuple((_bar(run, i, {name: float(v[i]) for name, v in shares.items()}, side),) for i in range(n))
     legend = tuple(_key(name) for name in shares)
-    return Figure("What makes each joint's torque, share of the sum of RMS", rows, BARS, side, legend)
+    return Figure("What makes each joint's torque, share of the sum of RMS", rows, BARS_WIDTH, side, legend)
 
 
 def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Panel:
@@ -194,7 +194,7 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
     low, high = 2.0, side - 1.75 * size
     left, items = 0.0, list[Item]()
     for name, share in shares.items():
-        right = left + BARS * share
+        right = left + BARS_WIDTH * share
         if right - left > 0.2:
             items.append(_part(name, left, right, low, high))
         label = f"{_PARTS[name][1]} {percent(share)}"
@@ -213,7 +213,7 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
         left = right
     if not left:
         items.append(FigureWords(0.0, low + 2.0, "no torque beyond round-off", "soft", size=size))
-    title = short_joint_label(run.arm.joints, joint, BARS, size)
+    title = short_joint_label(run.arm.joints, joint, BARS_WIDTH, size)
     items.append(FigureWords(0.0, side - 1.25 * size, title, "ink", size=size, bold=True))
-    axes = Axis(0.0, BARS), Axis(0.0, side)
+    axes = Axis(0.0, BARS_WIDTH), Axis(0.0, side)
     return Panel(f"bar{joint + 1}", "", *axes, tuple(items), is_bare=True, margins=(0.0, 0.0, 0.0, 0.0))

@@ -25,12 +25,12 @@ from gd_analyze.figures.figure import (
     hatching,
 )
 
-UNIT = 20
+UNITS_PER_POINT = 20
 # Points this near to a line, pt, may be left out.
-_NEAR = 0.04
+_THINNED_WITHIN = 0.04
 # Most points of a curve: some three per pt of a wide panel.
 _MOST_POINTS = 600
-_LEGEND = 14.0
+_LEGEND_HEIGHT = 14.0
 
 Paint = Callable[[str], str]
 Placed = Callable[[FloatArray, FloatArray], FloatArray]
@@ -190,7 +190,7 @@ def _area(item: Area, placed: Placed, paint: Paint) -> str:
 def _hatched(near: FloatArray, far: FloatArray, slopes: str) -> str:
     """Path of the hatching between two curves of placed points."""
     ends = hatching(near[:, 0], -near[:, 1], -far[:, 1], slopes) * (1.0, -1.0) if slopes else ()
-    corners = np.rint(UNIT * np.asarray(ends)).astype(int).tolist()
+    corners = np.rint(UNITS_PER_POINT * np.asarray(ends)).astype(int).tolist()
     return "".join(f"M{x} {y}L{u} {v}" for (x, y), (u, v) in corners)
 
 
@@ -208,7 +208,7 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
             ends = np.flatnonzero(np.diff(has_look, prepend=False, append=False))
             for pair in ends.reshape(-1, 2):
                 corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
-                (left, top), (right, bottom) = np.rint(UNIT * corners).astype(int).tolist()
+                (left, top), (right, bottom) = np.rint(UNITS_PER_POINT * corners).astype(int).tolist()
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
                 upper, lower = (corners * (1, 0) + (0, y) for y in corners[:, 1])
                 lines.append(_hatched(upper, lower, item.hatching.get(colour, "")))
@@ -231,7 +231,7 @@ def _runs(points: FloatArray) -> list[FloatArray]:
 
 def _path(points: FloatArray) -> str:
     """Line through points, pt, without invisible ones."""
-    corners = np.rint(UNIT * without_straights(_extremes(points))).astype(int)
+    corners = np.rint(UNITS_PER_POINT * without_straights(_extremes(points))).astype(int)
     first, steps = corners[0].tolist(), np.diff(corners, axis=0).ravel().tolist()
     return (
         f"M{first[0]} {first[1]}l{' '.join(map(str, steps))}".replace(" -", "-")
@@ -254,7 +254,7 @@ def _extremes(points: FloatArray) -> FloatArray:
 
 
 def without_straights(points: FloatArray) -> FloatArray:
-    """Leave out points that lie within `_NEAR` of the line between their neighbours, in rounds."""
+    """Leave out points that lie within `_THINNED_WITHIN` of the line between their neighbours, in rounds."""
     for _ in range(6):
         if len(points) < 4:
             break
@@ -262,7 +262,7 @@ def without_straights(points: FloatArray) -> FloatArray:
         across = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
         length = np.hypot(*(before + after).T)
         # Where a line turns back, its turning point is kept.
-        straight = (np.abs(across) <= _NEAR * length) & ((before * after).sum(axis=1) >= 0.0)
+        straight = (np.abs(across) <= _THINNED_WITHIN * length) & ((before * after).sum(axis=1) >= 0.0)
         straight[1::2] = False
         if not straight.any():
             break
@@ -303,11 +303,11 @@ def _legend(keys: tuple[LegendKey, ...], width: float) -> tuple[str, float]:
     for key in keys:
         mark, label = 15.0 if key.kind == "area" else 18.0, 0.5 * size * len(key.label)
         if x and x + mark + label > width:
-            x, y = 0.0, y + _LEGEND
+            x, y = 0.0, y + _LEGEND_HEIGHT
         parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key, on_paper)}</g>')
         parts.append(_text(x + mark, y + 9.6, key.label, size, on_paper("ink")))
         x += mark + label + 9.0
-    return "".join(parts), y + _LEGEND if keys else 0.0
+    return "".join(parts), y + _LEGEND_HEIGHT if keys else 0.0
 
 
 def key_svg(key: LegendKey) -> str:
@@ -340,7 +340,7 @@ def _key(key: LegendKey, paint: Paint) -> str:
 
 
 def _int(value: float) -> int:
-    return round(UNIT * value)
+    return round(UNITS_PER_POINT * value)
 
 
 def _frame(panel: Panel, width: float, height: float) -> tuple[float, float, float, float]:

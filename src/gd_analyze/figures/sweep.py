@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Most rows of elements.
-_ROWS = 30
+_MOST_ROWS = 30
 # Most maps.
-_MAPS = 12
+_MOST_MAPS = 12
 # Most draws that are marked.
-_MARKED = 500
+_MOST_MARKED_DRAWS = 500
 # Least range of a map's shades, as a share of its largest value: less than this would look like much.
 _LEAST_SPAN = 0.1
 _COLOURS = {
@@ -66,7 +66,7 @@ def verdict_figure(sweep: xr.Dataset) -> Figure:
     verdicts = sweep.verdict.transpose("element", name)
     is_coloured = np.isin(verdicts.values, list(_COLOURS)).any(axis=1)
     is_gravity = np.char.startswith(sweep.element.values, "c")
-    verdicts = verdicts.isel(element=np.flatnonzero(is_coloured & ~is_gravity)[:_ROWS])
+    verdicts = verdicts.isel(element=np.flatnonzero(is_coloured & ~is_gravity)[:_MOST_ROWS])
     labels, values = verdicts.element.values.tolist(), sweep[name].values
     marks: list[Item] = []
     for element, at in zip(sweep.change_element.values, sweep.change_at.values[:, 0], strict=True):
@@ -85,7 +85,7 @@ def verdict_figure(sweep: xr.Dataset) -> Figure:
 def peak_torque_figure(sweep: xr.Dataset) -> Figure:
     """Peak torque of every joint and its contributions over the first number; operations; draws as points."""
     name, panels, drawn = str(sweep.parameter.values[0]), [], "sample" in sweep.dims
-    selection = evenly(sweep.sizes["sample"], _MARKED) if drawn else slice(None)
+    selection = evenly(sweep.sizes["sample"], _MOST_MARKED_DRAWS) if drawn else slice(None)
     x, axis = sweep[name].values[selection], _axis(sweep, name)
     for i, unit in enumerate(sweep.effort_unit.values.tolist()):
         torque = sweep.peak_torque[..., i].values[selection]
@@ -126,7 +126,7 @@ def maps_figure(sweep: xr.Dataset) -> Figure:
     names[-1:] = [f"{names[-1]} {pretty(str(sweep.unit.values[1]))}".rstrip()]
     y = Axis(0.0, float(len(grid)), tuple(np.interp(at, grid, places).tolist()), names=tuple(names))
     panels = []
-    for label in changing(sweep)[:_MAPS]:
+    for label in changing(sweep)[:_MOST_MAPS]:
         verdicts = sweep.verdict.sel(element=label).transpose(upward, across).values
         at = sweep.change_at.values[sweep.change_element.values == label]
         marks = Curve(at[:, 0], np.interp(at[:, 1], grid, places), "ink", 0.0, marker="circle", size=1.8)

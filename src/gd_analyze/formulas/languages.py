@@ -22,14 +22,14 @@ from gd_analyze.result import Equations
 
 _GREEK = {"tau": "τ", "omega": "ω", "alpha": "α", "beta": "β", "gamma": "γ", "theta": "θ"}
 # Range of powers of ten written without exponent: 0.00059, but 5.9e-5.
-_EVERYDAY = range(-4, 6)
+_POWERS_WITHOUT_EXPONENT = range(-4, 6)
 
 
 def rounded(value: float, digits: int) -> tuple[str, int]:
     """Mantissa and power of ten of a positive number; power 0 for numbers written without exponent."""
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     exponent = int(power)
-    if exponent not in _EVERYDAY:
+    if exponent not in _POWERS_WITHOUT_EXPONENT:
         return _trimmed(mantissa), exponent
     return _trimmed(f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - exponent, 0)}f}"), 0
 

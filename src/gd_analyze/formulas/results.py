@@ -25,7 +25,7 @@ from gd_analyze.text import visible
 # Beginning and end of a comment in each format.
 COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
 # Python's parser accepts a sum of thousands only as arguments of a function.
-SUMMED = 50
+MOST_SUMMANDS = 50
 
 
 class WrittenElements(tuple[Equation, ...]):
@@ -113,7 +113,7 @@ def sympy_line(equation: Equation) -> str:
             f"{_sympy(factor)}**{n}" if n > 1 else _sympy(factor) for factor, n in exponents(term.factors)
         )
         products.append("*".join([repr(term.coefficient), *factors]))
-    if len(products) > SUMMED:
+    if len(products) > MOST_SUMMANDS:
         return f"{left}Add(\n" + "".join(f"    {product},\n" for product in products) + ")"
     return left + (" + ".join(products).replace("+ -", "- ") or "0")
 

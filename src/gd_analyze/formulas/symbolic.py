@@ -12,7 +12,7 @@ from typing import Any
 from gd_analyze.formulas import formula as parts
 from gd_analyze.formulas.formula import NO_PIECES, CircularFunction, Formula, Piece, Power, Product, Symbol
 from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Printer
-from gd_analyze.formulas.results import COMMENTS, SUMMED
+from gd_analyze.formulas.results import COMMENTS, MOST_SUMMANDS
 from gd_analyze.formulas.writing import QUANTITIES, exponents, factor_legend, part_symbol, powers
 from gd_analyze.harmonics.arm_symbols import ArmSymbol
 from gd_analyze.harmonics.symbolic import SymbolicElement, SymbolicEquations, SymbolicTerm, each_group
@@ -164,7 +164,7 @@ def _script(equations: SymbolicEquations) -> Iterator[str]:
         name = f"{label}_{element.effect}" if element.effect else label
         labels.setdefault(label, []).append(name)
         products = [_product(term, equations) for term in element.terms]
-        if len(products) > SUMMED:
+        if len(products) > MOST_SUMMANDS:
             yield f"{name} = Add("
             yield from (f"    {product}," for product in products)
             yield ")"

@@ -31,7 +31,7 @@ _OF = {quantity: letter for letter, quantity in QUANTITIES.items()}
 _ORDER = tuple(QUANTITIES.values())
 _EFFECTS = {"translation": "tran", "rotation": "rot"}
 # Relative difference of coefficients that are equal up to round-off.
-_SAME = 1e-12
+_EQUAL_COEFFICIENTS = 1e-12
 
 
 def element_formula(equation: Equation) -> Formula:
@@ -82,7 +82,11 @@ def element_formulas(torques: kinds.Torques, drives: Sequence[float] = ()) -> tu
             element = element | {(): element[()] - drives[i]}
             drive = Piece(Product(drives[i], ()), "inertia")
             drive_formulas.append(Formula(Symbol("J", joined((i,))), (drive,)))
-        large = (Product(w, powers(m)) for m, w in element.items() if abs(w) > _SAME * max(drives, default=0))
+        large = (
+            Product(w, powers(m))
+            for m, w in element.items()
+            if abs(w) > _EQUAL_COEFFICIENTS * max(drives, default=0)
+        )
         pieces = tuple(Piece(product, "inertia") for product in large)
         elements.append(Formula(Symbol("D", joined((i, j))), pieces))
     vectors = [
@@ -256,7 +260,7 @@ def base_formula(parameter: BaseParameter) -> Formula:
     runs: list[list[Share]] = []
     for share in [first, *sorted(following, key=lambda share: share.kind == "m")]:
         before = runs[-1][-1] if runs else first
-        same = abs(before.coefficient - share.coefficient) <= _SAME * abs(before.coefficient)
+        same = abs(before.coefficient - share.coefficient) <= _EQUAL_COEFFICIENTS * abs(before.coefficient)
         if before.kind == share.kind == "m" and before.link + 1 == share.link and same:
             runs[-1].append(share)
         else:

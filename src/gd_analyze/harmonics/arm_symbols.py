@@ -22,7 +22,7 @@ from gd_analyze.robots.parts import DHRow, Link, Placement
 # Constant angles of a joint: theta and alpha of its Denavit-Hartenberg row, or one of its placement.
 ANGLES_PER_JOINT = 2
 # The entries of a turn about an axis of the frame are cosine and sine of its angle up to a few roundings.
-_SAME = 8 * float(np.finfo(float).eps)
+_TURN_ROUNDING = 8 * float(np.finfo(float).eps)
 _TURNS = ("alpha", "beta", "gamma")
 
 
@@ -279,7 +279,7 @@ def _is_none(placement: Placement) -> bool:
 
 def _without_round_off(values: FloatArray) -> FloatArray:
     """Zero for what a few roundings of the largest value leave of a zero."""
-    out: FloatArray = np.where(np.abs(values) <= _SAME * np.abs(values).max(), 0.0, values)
+    out: FloatArray = np.where(np.abs(values) <= _TURN_ROUNDING * np.abs(values).max(), 0.0, values)
     return out
 
 
@@ -302,6 +302,9 @@ def _turning_axis(rotation: FloatArray) -> int | None:
         j, k = (axis + 1) % 3, (axis + 2) % 3
         angle = math.atan2(rotation[k, j], rotation[j, j])
         turn = _turn(axis, *exact_cos_sin(angle)).astype(float)
-        if np.abs(rotation - turn).max() <= _SAME and not np.isin(np.abs(rotation), (0.0, 1.0)).all():
+        if (
+            np.abs(rotation - turn).max() <= _TURN_ROUNDING
+            and not np.isin(np.abs(rotation), (0.0, 1.0)).all()
+        ):
             return axis
     return None

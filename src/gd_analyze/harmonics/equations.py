@@ -26,7 +26,7 @@ ElementIndices = tuple[int, ...]
 
 
 # Most joints with non-parallel axes; beyond, all elements together have millions of terms.
-_MOST_RUNS = 9
+_MOST_NON_PARALLEL_JOINTS = 9
 # Quantity that gives an element's unit, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
@@ -64,11 +64,11 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     requested = elements_named(elements, n)
-    if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_RUNS:
+    if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_NON_PARALLEL_JOINTS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
-            expected=f"at most {_MOST_RUNS} joints with axes that are not parallel",
+            expected=f"at most {_MOST_NON_PARALLEL_JOINTS} joints with axes that are not parallel",
             found=f"{n} joints",
             next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
             "ROBOT --level element` takes any number of joints",

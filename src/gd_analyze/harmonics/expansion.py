@@ -30,15 +30,15 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 
 # Largest multiple of an angle, or power, in any step. A torque has `DEGREE`; an inertia in the base frame
 # multiplied by three axes has more until sines and cosines cancel.
-HIGHEST = 3 * DEGREE
+HIGHEST_DEGREE = 3 * DEGREE
 # The exact torque of an arm of seven joints and 19 358 terms forms 2.8 million terms, all parts of the PUMA's
 # elements 0.7 million.
 # Most terms formed at one step, which takes about a second and 0.3 GB.
-_MOST_AT_ONCE = 2**22
+_MOST_TERMS_PER_STEP = 2**22
 # Most terms formed in total, which takes about ten seconds.
-_MOST_IN_TOTAL = 2**26
+_MOST_TERMS_IN_TOTAL = 2**26
 # Number of roundings of the summands below which a sum counts as cancelled.
-_CANCELLED = 32
+_CANCELLED_ROUNDINGS = 32
 _EPS = float(np.finfo(float).eps)
 
 # Factor of a polynomial in q: "1", an acceleration "qdd" (joint,) or a product "qd" (joint, joint).
@@ -154,9 +154,9 @@ class _TorqueAlgebra:
         moving: list[VelocityFactor] = [*self.factors, *(("qd", (j,)) for j in range(self.n))]
         self.place = {factor: k for k, factor in enumerate(moving)}
         self.products = _products(moving, self.place)
-        self.weights = [(2 * HIGHEST + 1) ** (self.n - 1 - j) for j in range(self.n)]
+        self.weights = [(2 * HIGHEST_DEGREE + 1) ** (self.n - 1 - j) for j in range(self.n)]
         self.work = 0
-        if (2 * HIGHEST + 1) ** self.n * len(moving) >= 2**62:
+        if (2 * HIGHEST_DEGREE + 1) ** self.n * len(moving) >= 2**62:
             raise no_torque(f"it has {self.n} joints, too many to be written out")
 
     def input_value(self, name: str) -> _Angle | _Sum:
@@ -220,8 +220,8 @@ class _TorqueAlgebra:
     def _multiples(self, angles: NDArray[np.int64]) -> NDArray[np.int64]:
         out = np.empty((len(angles), self.n), dtype=np.int64)
         for j in reversed(range(self.n)):
-            out[:, j] = (angles + HIGHEST) % (2 * HIGHEST + 1) - HIGHEST
-            angles = (angles - out[:, j]) // (2 * HIGHEST + 1)
+            out[:, j] = (angles + HIGHEST_DEGREE) % (2 * HIGHEST_DEGREE + 1) - HIGHEST_DEGREE
+            angles = (angles - out[:, j]) // (2 * HIGHEST_DEGREE + 1)
         return out
 
     def _term(self, angle: int, moving: int, degrees: NDArray[np.int64], number: float = 1.0) -> _Sum:
@@ -249,7 +249,7 @@ class _TorqueAlgebra:
 
     def _product(self, a: _Sum, b: _Sum) -> _Sum:
         degrees = a.degrees + b.degrees
-        if (degrees > HIGHEST).any():
+        if (degrees > HIGHEST_DEGREE).any():
             # Squares of sines and cosines may have cancelled since, unlike their roundings.
             self._require_low(self._degrees(a) + self._degrees(b))
         self._spend(len(a.keys) * len(b.keys))
@@ -268,11 +268,11 @@ class _TorqueAlgebra:
 
     def _spend(self, terms: int) -> None:
         self.work += terms
-        if terms > _MOST_AT_ONCE or self.work > _MOST_IN_TOTAL:
+        if terms > _MOST_TERMS_PER_STEP or self.work > _MOST_TERMS_IN_TOTAL:
             raise TooLongError(
                 "the program is too long to be written out",
                 where="program",
-                expected=f"up to {_MOST_AT_ONCE} terms at every step",
+                expected=f"up to {_MOST_TERMS_PER_STEP} terms at every step",
                 found="more",
                 next_step="`gd-analyze evaluate` tests the model at states",
             )
@@ -282,9 +282,9 @@ class _TorqueAlgebra:
         return np.abs(self._multiples(total.keys // len(self.products))).max(axis=0, initial=0)
 
     def _require_low(self, degrees: NDArray[Any]) -> None:
-        if (degrees > HIGHEST).any():
-            joint = int(np.argmax(degrees > HIGHEST))
-            raise no_torque(f"its degree in q{joint + 1} is above {HIGHEST}")
+        if (degrees > HIGHEST_DEGREE).any():
+            joint = int(np.argmax(degrees > HIGHEST_DEGREE))
+            raise no_torque(f"its degree in q{joint + 1} is above {HIGHEST_DEGREE}")
 
 
 def _products(moving: Sequence[VelocityFactor], place: dict[VelocityFactor, int]) -> NDArray[np.int64]:
@@ -307,8 +307,8 @@ def _gathered(keys: NDArray[np.int64], values: Array, degrees: NDArray[np.int64]
         return _Sum(keys, values, degrees, roundings)
     totals = np.add.reduceat(values, starts)
     # Written so that nan stays.
-    cancelled = np.abs(totals) <= _CANCELLED * _EPS * np.add.reduceat(np.abs(values), starts)
-    roundings += _CANCELLED if cancelled.any() else 0
+    cancelled = np.abs(totals) <= _CANCELLED_ROUNDINGS * _EPS * np.add.reduceat(np.abs(values), starts)
+    roundings += _CANCELLED_ROUNDINGS if cancelled.any() else 0
     return _Sum(keys[starts][~cancelled], totals[~cancelled], degrees, roundings)
 
 

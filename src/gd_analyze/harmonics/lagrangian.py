@@ -29,7 +29,7 @@ from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
 # Share of its summands' magnitudes below which a sum of a few products counts as cancelled.
-_CANCELLED = 1e-13
+_CANCELLED_SHARE = 1e-13
 # Relative round-off of a coefficient, which some hundred products make; the arm's data are coarser.
 _ROUND_OFF = 1e-12
 
@@ -116,13 +116,16 @@ def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> d
 def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
     """Sum of torque terms, each source times its factor; those that cancel are left out."""
     sums, sizes = _accumulated(sources)
-    return {key: weight for key, weight in sums.items() if abs(weight) > _CANCELLED * sizes[key]}
+    return {key: weight for key, weight in sums.items() if abs(weight) > _CANCELLED_SHARE * sizes[key]}
 
 
 def summed_per_unit(sources: Iterable[tuple[FloatArray, Torques]]) -> dict[TorqueTerm, FloatArray]:
     """The same for factors of several parameters, shape (parameters,); weights that cancel are zero."""
     sums, sizes = _accumulated(sources)
-    return {key: np.where(abs(weight) > _CANCELLED * sizes[key], weight, 0.0) for key, weight in sums.items()}
+    return {
+        key: np.where(abs(weight) > _CANCELLED_SHARE * sizes[key], weight, 0.0)
+        for key, weight in sums.items()
+    }
 
 
 def _accumulated(

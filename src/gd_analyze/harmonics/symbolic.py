@@ -41,7 +41,7 @@ from gd_analyze.text import joined, thousands
 # Joints up to which all elements are written; D11 of five has more terms than a page has lines.
 MOST_JOINTS = 4
 # Random states at which every element is compared: equal functions agree at all, different ones at none.
-_STATES = 8
+_COMPARED_STATES = 8
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class _Source:
         self._velocities = AbsoluteVelocities(runs, (*of_joints.signs, *(1 for _ in numbered)))
         self._rows: dict[int, Any] = {}
         rng = np.random.default_rng(0)
-        self._q = rng.uniform(-np.pi, np.pi, (_STATES, self.n))
+        self._q = rng.uniform(-np.pi, np.pi, (_COMPARED_STATES, self.n))
         # The expected values: D, h_ijk and c by effect.
         self._numeric = {
             "D": arm.inertia(self._q, by_effect=True, drives=False),
@@ -262,11 +262,11 @@ class _Source:
         """Largest difference from the decomposition over what round-off explains, at random states."""
         of_angles = np.array([angle.number for angle in self.used_angles])
         variables = np.concatenate(
-            [self._q.T, np.broadcast_to(of_angles[:, None], (len(of_angles), _STATES))]
+            [self._q.T, np.broadcast_to(of_angles[:, None], (len(of_angles), _COMPARED_STATES))]
         )
         worst = 0.0
         for effect, terms in enumerate(effects):
-            values, sizes = np.zeros(_STATES), np.zeros(_STATES)
+            values, sizes = np.zeros(_COMPARED_STATES), np.zeros(_COMPARED_STATES)
             for term in terms:
                 value = term.number * _product(term.factors, variables)
                 values, sizes = values + value, sizes + np.abs(value)

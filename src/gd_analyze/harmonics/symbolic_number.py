@@ -11,8 +11,8 @@ from typing import Any
 
 # Exponents are the signed digits of one integer, the key: a product of powers is a sum of keys. The array
 # code multiplies far fewer than 127 equal factors.
-_BITS = 8
-_HALF = 1 << (_BITS - 1)
+_BITS_PER_EXPONENT = 8
+_HALF_RANGE = 1 << (_BITS_PER_EXPONENT - 1)
 # Numbers of more terms take minutes, and nobody reads a formula of a hundredth of them.
 MOST_SYMBOLIC_TERMS = 100_000
 
@@ -108,14 +108,14 @@ def digits_of(key: int, count: int) -> tuple[tuple[int, ...], int]:
     """Exponents of the first `count` variables, and the key of the others, whose first becomes number 0."""
     out = []
     for _ in range(count):
-        digit = ((key + _HALF) & (2 * _HALF - 1)) - _HALF
+        digit = ((key + _HALF_RANGE) & (2 * _HALF_RANGE - 1)) - _HALF_RANGE
         out.append(digit)
-        key = (key - digit) >> _BITS
+        key = (key - digit) >> _BITS_PER_EXPONENT
     return tuple(out), key
 
 
 def _key(number: int, exponent: int) -> int:
-    return exponent * (1 << (_BITS * number))
+    return exponent * (1 << (_BITS_PER_EXPONENT * number))
 
 
 def _sum(out: dict[int, complex], terms: Iterable[tuple[int, complex]]) -> dict[int, complex]:

@@ -25,9 +25,9 @@ from gd_analyze.results.run_result import verdict_section
 from gd_analyze.text import amount, percent, pretty
 
 # Most terms of an exact equation that the page writes out.
-_TERMS = 16
+_MOST_TERMS = 16
 # Most columns of dominance over time.
-_COLUMNS = 120
+_MOST_COLUMNS = 120
 # Digits of verdicts in the strip of an element.
 _MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
 
@@ -65,7 +65,7 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
     """Every element for the page that opens it: words, dominance over time, exact and kept equation."""
     cells_by_label, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
-    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _COLUMNS))
+    over_time = over_time.isel(time=evenly(over_time.sizes["time"], _MOST_COLUMNS))
     marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
     # An arm of too many terms has none that are ranked, and some levels have no terms.
@@ -126,10 +126,10 @@ def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
     for formula in formulas:
         terms = sorted(summands(formula), key=lambda summand: -abs(summand.weight))
         out = ""
-        for factors, velocities, weight in terms[:_TERMS]:
+        for factors, velocities, weight in terms[:_MOST_TERMS]:
             sign = "−" if weight < 0.0 else "+" if out else ""
             space = " " if out else ""
             out += f"{space}{sign}{space}{plain.product(Product(abs(weight), factors + velocities))}"
-        if len(terms) > _TERMS:
-            out += f" + {len(terms) - _TERMS} smaller terms"
+        if len(terms) > _MOST_TERMS:
+            out += f" + {len(terms) - _MOST_TERMS} smaller terms"
         yield f"{formula.left.letter}{formula.left.index}", pretty(out)

@@ -26,8 +26,8 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.text import percent, pretty, share_up
 
 # Lowest and highest decade of the axis of errors over the budget.
-_LOW = -2
-_HIGH = 1
+_LOWEST_DECADE = -2
+_HIGHEST_DECADE = 1
 _MATHS = PageMathML()
 _PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
 _QUANTITIES = {"D": "inertia", "J": "drive", "h": "coriolis_centrifugal", "c": "gravity_loading"}
@@ -108,8 +108,13 @@ class BudgetPath:
 
 def place(ratio: float) -> float:
     """Position of the ratio of error to budget on the axis of the joints' errors, percent from the left."""
-    decade = math.log10(ratio) if ratio > 0.0 else _LOW
-    return round(100 * (min(max(decade, _LOW), _HIGH) - _LOW) / (_HIGH - _LOW), 2)
+    decade = math.log10(ratio) if ratio > 0.0 else _LOWEST_DECADE
+    return round(
+        100
+        * (min(max(decade, _LOWEST_DECADE), _HIGHEST_DECADE) - _LOWEST_DECADE)
+        / (_HIGHEST_DECADE - _LOWEST_DECADE),
+        2,
+    )
 
 
 def budget_words(budget: str) -> str:

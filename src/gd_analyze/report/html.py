@@ -21,7 +21,7 @@ from gd_analyze.text import pretty, signed, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
 # Least number of rows of a sortable table.
-_SORTABLE = 12
+_FEWEST_SORTABLE_ROWS = 12
 _MATHS = PageMathML()
 # An option of the command line, which a browser would break after its hyphens.
 _OPTION, _WHOLE = re.compile(r"--[a-z][a-z-]*"), r'<span class="option">\g<0></span>'
@@ -130,7 +130,7 @@ def table_html(table: Table, numbers: PartNumbers) -> str:
     if not is_seen(table):
         return ""
     columns = table.shown(on_page=True)
-    sortable = len(columns[0][2]) > _SORTABLE
+    sortable = len(columns[0][2]) > _FEWEST_SORTABLE_ROWS
     heads = []
     for column, unit, _ in columns:
         name = text(column.label) + (Markup(f" <small>{text(unit)}</small>") if unit else "")

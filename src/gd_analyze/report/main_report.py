@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from gd_analyze.figures.arm import arm_figure
-from gd_analyze.figures.elements import MARKED, Look, inertia_figure, vector_figure
+from gd_analyze.figures.elements import MOST_MARKED_SET_POINTS, Look, inertia_figure, vector_figure
 from gd_analyze.figures.structure import crosses, matrix_figure, shares_figure
 from gd_analyze.report.answer import VerdictList, shown_verdict_lists, validity
 from gd_analyze.report.budget import BudgetPath
@@ -27,7 +27,7 @@ from gd_analyze.results.run_result import (
 from gd_analyze.results.shown_tables import text_comparison
 
 # Notices before the answer; the others follow it.
-_FIRST = 2
+_NOTICES_BEFORE_ANSWER = 2
 
 
 class MainReport(NamedTuple):
@@ -54,7 +54,7 @@ def main_report(findings: Findings) -> MainReport:
         subtitle=subtitle(findings),
         headline=run_headline(findings),
         facts=first_facts(findings),
-        notices=all_notices[: min(_FIRST, len(all_notices) - len(notes(findings)))],
+        notices=all_notices[: min(_NOTICES_BEFORE_ANSWER, len(all_notices) - len(notes(findings)))],
         provenance=dict(provenance_lines(findings)),
     )
     matrix, bars = matrix_figure(findings), shares_figure(findings)
@@ -91,7 +91,7 @@ def main_report(findings: Findings) -> MainReport:
         shares,
         effects,
         errors,
-        all_notices[_FIRST:],
+        all_notices[_NOTICES_BEFORE_ANSWER:],
         appendices,
         numbers,
     )
@@ -99,7 +99,7 @@ def main_report(findings: Findings) -> MainReport:
 
 def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
     """D and h by effect against the set points, in the order of [FGL87] Figs. 3.10 and 3.11."""
-    is_marked = findings.trajectory.n_set_points <= MARKED
+    is_marked = findings.trajectory.n_set_points <= MOST_MARKED_SET_POINTS
     hidden = "combined", "centrifugal", "coriolis"
     look = Look(x="set point", marked=is_marked, hidden=hidden)
     is_shown = text_comparison(findings) is not None

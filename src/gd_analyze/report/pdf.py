@@ -31,9 +31,9 @@ from gd_analyze.text import pretty, signed, unbroken
 
 _TYPST = Typst()
 # Largest share of the allowed error that a bar shows; beyond it the other bars would vanish.
-_LONGEST = 20.0
+_LONGEST_BAR = 20.0
 # Most rows of a table in the main report.
-_ROWS = 10
+_MOST_ROWS = 10
 
 
 def pdf_of(result: Result, created: str) -> bytes:
@@ -55,7 +55,7 @@ def prepare_pdf(findings: Findings, report: MainReport | None = None) -> Callabl
         "first": {part["key"]: part for part in parts_data(first, numbers)},
         "model": parts_data((*model_parts(findings), *stop_facts(findings)), numbers),
         "notes": [pretty(note) for note in report.notes],
-        "appendices": parts_data(report.appendices, numbers, _ROWS),
+        "appendices": parts_data(report.appendices, numbers, _MOST_ROWS),
         "joints": findings.arm.n_joints,
     }
     # The legend of matrix and bars is as wide as both.
@@ -97,7 +97,7 @@ def _used(findings: Findings, errors: FloatArray) -> list[float]:
     allowed = findings.model.accuracy.allowed
     counts = (errors > findings.round_off) & (allowed > 0.0)
     used = np.divide(errors, allowed, out=np.zeros_like(allowed), where=counts)
-    return np.minimum(used, _LONGEST).tolist()
+    return np.minimum(used, _LONGEST_BAR).tolist()
 
 
 def result_data(result: Result) -> dict[str, Any]:

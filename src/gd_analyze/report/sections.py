@@ -37,7 +37,7 @@ from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import given, number
 
 # Rows of the ranking of terms.
-_TERMS = 40
+_RANKED_TERMS = 40
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
 
 

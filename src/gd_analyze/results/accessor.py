@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gd_analyze.figures.axes import ElementPlots
 
 # Rows of a notebook's view.
-_SHOWN = 12
+_SHOWN_ROWS = 12
 
 
 @xr.register_dataset_accessor("gd")  # type: ignore[no-untyped-call]  # xarray states no types
@@ -36,7 +36,7 @@ class DatasetAccessor:
     def _repr_html_(self) -> str:
         """The elements with the largest torques, for a notebook."""
         frame = self.ranking()
-        shown = frame.head(_SHOWN).reset_index()
+        shown = frame.head(_SHOWN_ROWS).reset_index()
         columns = ("element", "verdict", "torque_share", "torque_joint", "consequence")
         rows = [
             [label, verdict, percent(share), str(joint), number(consequence)]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Causes that a person sees in the ranking.
-_SHOWN = 6
+_SHOWN_CAUSES = 6
 
 
 def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
@@ -209,7 +209,7 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
         f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
         "then remains unexplained, makes a cause; costs of fitted numbers are included."
     )
-    yield Table("ranking", "Causes tried", columns, note, _SHOWN)
+    yield Table("ranking", "Causes tried", columns, note, _SHOWN_CAUSES)
 
 
 def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:

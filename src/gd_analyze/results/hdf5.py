@@ -38,7 +38,7 @@ _COORDINATES, _DTYPE, _ENCODING = "coordinates", "dtype", "_Encoding"
 _WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
 _NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
 # More bytes than a variable's description takes.
-_DESCRIPTION = 1 << 14
+_DESCRIPTION_BYTES = 1 << 14
 
 
 def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mapping[str, Any]) -> None:
@@ -119,7 +119,7 @@ def _most_bytes(dataset: xr.Dataset) -> int:
     """More bytes than a table takes in a file, whose last block of rows is filled up."""
     rows = dataset.sizes.get("time", 1)
     filled = 1 + (CHUNK / rows if rows > CHUNK else 0)
-    return sum(int(variable.nbytes * filled) + _DESCRIPTION for variable in dataset.variables.values())
+    return sum(int(variable.nbytes * filled) + _DESCRIPTION_BYTES for variable in dataset.variables.values())
 
 
 def _describe(item: h5py.Group | h5py.Dataset, attributes: Mapping[Any, Any]) -> None:

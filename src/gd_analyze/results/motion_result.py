@@ -35,17 +35,17 @@ _OF_COLUMNS = {
     "why": "column_why",
 }
 # Most elements named in a fact.
-_NAMED = 8
+_NAMED_ELEMENTS = 8
 # Most motions with a column each.
-MOST_COLUMNS = 12
+MOST_MOTION_COLUMNS = 12
 # A motion that allows a joint this many times less error than others is named: it may cost operations.
-_STRICT = 20.0
+_STRICT_RATIO = 20.0
 # A residual after friction beyond this multiple of the noise (RMS) has another cause.
-_NOISE = 3.0
+_EXPLAINED_NOISE_RATIO = 3.0
 # Beyond this multiple a measurement follows the model "in part", below it "roughly".
-_MUCH = 10.0
+_ROUGH_NOISE_RATIO = 10.0
 # Multiples beyond this are not written out: a log filtered before has next to no noise.
-_BEYOND = 1000
+_LARGEST_SHOWN_RATIO = 1000
 
 
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
@@ -114,9 +114,9 @@ def _verdict_text(row: Row) -> str:
     residual = row["rms_beside_friction"]
     if verdict.startswith("follows") and row["noise"] and residual:
         times = residual / row["noise"]
-        share = number(times, 2) if times < _BEYOND else f"over {_BEYOND}"
-        if times > _NOISE:
-            extent = "in part" if times > _MUCH else "roughly"
+        share = number(times, 2) if times < _LARGEST_SHOWN_RATIO else f"over {_LARGEST_SHOWN_RATIO}"
+        if times > _EXPLAINED_NOISE_RATIO:
+            extent = "in part" if times > _ROUGH_NOISE_RATIO else "roughly"
             verdict = verdict.replace("follows", f"follows {extent}")
             verdict += f"; friction leaves {share} times the noise"
     if row["drive_inertia"]:
@@ -242,7 +242,7 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
     names = [row["element"] for row in changing]
     columns = [Column("", "element", names, shown="text", drawn=[part_symbol(name) for name in names])]
     title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
-    if len(rows) > MOST_COLUMNS:
+    if len(rows) > MOST_MOTION_COLUMNS:
         columns += [
             Column("", verdict, [row["verdicts"].count(verdict) for row in changing], shown="count")
             for verdict in LISTS
@@ -258,8 +258,8 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
 
 
 def _named(names: Sequence[str]) -> str:
-    remark = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"{len(names)}: {', '.join(names[:_NAMED])}{remark}" if names else "none"
+    remark = f" and {len(names) - _NAMED_ELEMENTS} more" if len(names) > _NAMED_ELEMENTS else ""
+    return f"{len(names)}: {', '.join(names[:_NAMED_ELEMENTS])}{remark}" if names else "none"
 
 
 def strict_notice(findings: Findings) -> str:
@@ -269,7 +269,7 @@ def strict_notice(findings: Findings) -> str:
     table, arm, budget = findings.tables["motions"], findings.arm, findings.model.accuracy.asked
     allowed, names = table.allowed_error.values, table.motion.values
     ratio = allowed.max(axis=0) / allowed.min(axis=0)
-    if not (ratio >= _STRICT).any() or not budget.wholes & {"peak", "uncertainty"}:
+    if not (ratio >= _STRICT_RATIO).any() or not budget.wholes & {"peak", "uncertainty"}:
         return ""
     joint = int(ratio.argmax())
     least_motion, most_motion = int(allowed[:, joint].argmin()), int(allowed[:, joint].argmax())

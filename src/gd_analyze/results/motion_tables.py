@@ -33,11 +33,11 @@ _ABOUT = ("start", "origin", "derivatives_from", "fingerprint")
 # Variables of the ranking that are stored motion by motion.
 _RANKED = ("verdict", "dominant", "torque_share", "torque_joint")
 # Standard deviations that noise hardly ever exceeds.
-_NEARLY_ALWAYS = 3.0
+_NOISE_SIGMAS = 3.0
 # A torque up to this multiple of the torque noise may be noise, of which the ends of a stretch have more.
-_MAY_BE_NOISE = 2.0
+_TORQUE_NOISE_RATIO = 2.0
 # Set points at which D is evaluated, evenly spaced.
-_MOST = 1000
+_INERTIA_SET_POINTS = 1000
 
 
 def trajectory_table(arm: RobotArm, trajectory: Trajectory) -> xr.Dataset:
@@ -167,7 +167,7 @@ def recording_table(
     recording = trajectory.recording
     assert recording is not None  # called for recordings only
     count = dataset.sizes["time"]
-    points = np.unique(np.linspace(0, count - 1, min(count, _MOST)).round().astype(int))
+    points = np.unique(np.linspace(0, count - 1, min(count, _INERTIA_SET_POINTS)).round().astype(int))
     inertia = np.asarray(dataset.inertia.isel(time=points).values.sum(axis=1))
     sigma = recording.noise_qdd
     drives = np.diag(arm.drive_inertia) if "drive_torque" in dataset else 0.0
@@ -185,8 +185,8 @@ def recording_table(
             "noise_qdd": sigma,
             "torque_noise": torque_noise,
             "element_noise": noise,
-            "within_noise": (noise > 0.0) & (motion_torque <= _MAY_BE_NOISE * noise),
-            "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= _NEARLY_ALWAYS * noise),
+            "within_noise": (noise > 0.0) & (motion_torque <= _TORQUE_NOISE_RATIO * noise),
+            "verdict_open": (noise > 0.0) & (np.abs(peak - floor) <= _NOISE_SIGMAS * noise),
             **{f"column_{name}": _words(recording, name) for name in ("role", "joint", "unit", "why")},
         },
         arm.is_revolute,

@@ -32,7 +32,7 @@ from gd_analyze.schema import declared_column
 from gd_analyze.text import number, percent, pretty, thousands
 
 # Terms that people see.
-_TERMS = 40
+_SHOWN_TERMS = 40
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
 
 
@@ -126,7 +126,7 @@ def ranked_terms_table(findings: Findings) -> Table:
     rows = rows_of(table, "rank")
     kept_terms = findings.model.torques if level.has_torque_terms else None
     stated = not_worth_keeping(findings) is not None
-    seen = list(zip(rows, findings.ranked_terms.items(), strict=False))[:_TERMS]
+    seen = list(zip(rows, findings.ranked_terms.items(), strict=False))[:_SHOWN_TERMS]
     terms = [term for _, (term, _) in seen]
     formulas = [Formula(Symbol(""), term_formula(term, weight).pieces) for _, (term, weight) in seen]
     quantities = [_SYMBOLS[row["quantity"]] for row, _ in seen]
@@ -151,7 +151,7 @@ def ranked_terms_table(findings: Findings) -> Table:
         above = ["–" if row["below_uncertainty"] else "✓" for row, _ in seen]
         columns["above"] = declared_column("terms", "below_uncertainty", above, key="")
     title = f"The {len(seen)} terms that matter most, of {table.attrs['total']}"
-    return for_pages(table_of("terms", title, rows, columns, top=_TERMS))
+    return for_pages(table_of("terms", title, rows, columns, top=_SHOWN_TERMS))
 
 
 def near_errors_table(findings: Findings) -> Table:

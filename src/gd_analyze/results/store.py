@@ -43,7 +43,7 @@ _MARK = b"\ngd-analyze sha256 "
 # The mark, a digest in hexadecimal, the end of the line.
 SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time, the memory needed for checking.
-_BLOCK = 2**20
+_BYTES_AT_ONCE = 2**20
 _DAMAGED = "the results file is damaged"
 _NAME_IT = "name the analysis.h5 of a results folder"
 _UNCHANGED = "a file as gd-analyze wrote it, e.g. analysis.h5"
@@ -260,7 +260,7 @@ def _digest(file: BinaryIO, length: int) -> bytes:
     """SHA-256 of the first bytes of a file, in hexadecimal."""
     digest = hashlib.sha256()
     file.seek(0)
-    while length > 0 and (block := file.read(min(length, _BLOCK))):
+    while length > 0 and (block := file.read(min(length, _BYTES_AT_ONCE))):
         digest.update(block)
         length -= len(block)
     return digest.hexdigest().encode()

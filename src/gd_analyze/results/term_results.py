@@ -21,7 +21,7 @@ from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, TradeOffPoint
 # What is stated of each term, in order.
 _OF_TERMS = "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint"
 # Shares of peak torque for which the result states the number of terms.
-_SHARES = (0.1, 0.01, 0.001)
+_STATED_SHARES = (0.1, 0.01, 0.001)
 
 
 def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: int) -> Result:
@@ -30,7 +30,7 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
     formulas = [term_formula(ranked.term, ranked.weight) for ranked in terms]
     units = [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms]
     needed = []
-    for share in _SHARES:
+    for share in _STATED_SHARES:
         count = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
         if count < len(terms) or ranking.unlisted_share <= share:
             label = f"Terms for {100 * share:g} % of peak torque"

@@ -21,7 +21,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
-from gd_analyze.harmonics.expansion import HIGHEST, magnitudes, no_torque
+from gd_analyze.harmonics.expansion import HIGHEST_DEGREE, magnitudes, no_torque
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Batch, Program, program_inputs
 
@@ -97,8 +97,10 @@ def formal_degrees(program: Program, is_revolute: Sequence[bool]) -> FloatArray:
     if any(x.is_angle or x.weight > 2 for x in outputs):
         raise no_torque("it multiplies more than two velocities, or an acceleration by a velocity")
     degrees = np.array([no_degrees, *(x.degrees for x in outputs)]).max(axis=0)
-    if degrees.max(initial=0) > HIGHEST:
-        raise no_torque(f"its degree in q{int(degrees.argmax()) + 1} may be {degrees.max()}, above {HIGHEST}")
+    if degrees.max(initial=0) > HIGHEST_DEGREE:
+        raise no_torque(
+            f"its degree in q{int(degrees.argmax()) + 1} may be {degrees.max()}, above {HIGHEST_DEGREE}"
+        )
     return degrees
 
 
