@@ -6,6 +6,8 @@ D qdd = tau - h - c is a linear system. [FGL87] problem 3.11.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, chunks, set_points_last
@@ -13,14 +15,16 @@ from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.dynamics.mass_matrix import not_positive_definite
 from gd_analyze.dynamics.methods import Method, known_method
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.errors import require_type
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 
 DEFAULT_METHOD = "composite_moments"
 
 
 def joint_accelerations(
-    arm: RobotArm,
+    arm: RobotArm | str | Path,
     q: FloatArray,
     qd: FloatArray,
     torque: FloatArray,
@@ -32,7 +36,7 @@ def joint_accelerations(
     Parameters
     ----------
     arm
-        The arm.
+        The arm, its name, or the path of its file.
     q, qd, torque
         Joint variables, velocities and the actuators' torques, N m (N), shape (..., n).
     method
@@ -51,6 +55,8 @@ def joint_accelerations(
         If D is singular, as the acceleration of a joint that moves no mass is undefined, or has a negative
         eigenvalue.
     """
+    arm = arm_of(arm)
+    require_type(drivetrain, Drivetrain, "drivetrain", "a Drivetrain")
     _, arrays = checked_states(arm, q=q, qd=qd, torque=torque)
     rows = [array.reshape(-1, arm.n_joints) for array in arrays]
     resistance, added = drivetrain.resistance_of(arm), drivetrain.inertia_of(arm)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -14,10 +15,11 @@ from gd_analyze.dynamics.drivetrain import NO_DRIVES, Drivetrain
 from gd_analyze.dynamics.forward_dynamics import DEFAULT_METHOD, solve_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy
 from gd_analyze.dynamics.methods import known_method
-from gd_analyze.errors import GdAnalyzeError, UsageError
+from gd_analyze.errors import GdAnalyzeError, UsageError, require_type
 from gd_analyze.motions.states import checked_states
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 
 Integrator = Literal["RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA"]
 # A function (t, q, qd) -> (n,), or a history (time, values) of shapes (N,) and (N, n).
@@ -100,7 +102,7 @@ class Simulation:
 
 
 def simulate(
-    arm: RobotArm,
+    arm: RobotArm | str | Path,
     torque: TorqueFunction | TorqueHistory,
     q0: ArrayLike,
     qd0: ArrayLike,
@@ -113,7 +115,7 @@ def simulate(
     Parameters
     ----------
     arm
-        The arm.
+        The arm, its name, or the path of its file.
     torque
         The actuators' torques, N m (N): a function (t, q, qd) -> (n,), or a history (time, values) of shapes
         (N,) and (N, n) that a cubic spline interpolates; it overshoots near jumps, which need a function.
@@ -140,9 +142,13 @@ def simulate(
     """
     from scipy.integrate import solve_ivp
 
+    arm = arm_of(arm)
     leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
     _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
+    require_type(duration, (int, float, np.number), "duration", "a positive number of seconds")
+    require_type(drivetrain, Drivetrain, "drivetrain", "a Drivetrain")
+    require_type(integration, Integration, "integration", "an Integration")
     _require(np.isfinite(duration) and duration > 0, "duration", "a positive number of seconds", duration)
     method, added = known_method(integration.method), drivetrain.inertia_of(arm)
     torque_at, resistance = _torque_function(arm, torque, float(duration)), drivetrain.resistance_of(arm)
