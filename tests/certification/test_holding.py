@@ -186,8 +186,8 @@ def test_within_limits_other_levels_state_what_was_tried(two_link, level, monkey
     assert ", found at 20 000 positions." in result.headline
     assert "at most" not in result.headline
     (shown,) = (fact.text for fact in result.facts if fact.key == "tried")
-    assert shown.startswith("20 000 positions of the arm's limits")
-    assert "the worst at each" in shown
+    assert shown.startswith("20 000 positions")
+    assert "worst" in shown
 
 
 @examples(4)
@@ -246,7 +246,7 @@ def test_where_the_proof_does_not_close_states_near_the_motion_are_tried(two_lin
     # An ascent to the ends of small boxes finds nearly all that the proof allows for.
     assert (held.found >= 0.9 * certificate.worst_found).all()
     shown = [fact.value for fact in simplified_result(held, exact.states, 1.0, 3).facts]
-    assert "none: too many equations to write out here; `gd-analyze certify` does it" in shown
+    assert any("none: " in str(value) and "`gd-analyze certify`" in str(value) for value in shown)
 
 
 def test_an_ascent_stays_inside_and_never_descends():

@@ -153,7 +153,7 @@ def test_labels_that_name_nothing(puma_harmonics, label):
     with pytest.raises(UsageError) as raised:
         equations(puma_harmonics, (label,))
     message = str(raised.value)
-    assert f"there is no element {label!r}" in message
+    assert repr(label) in message
     assert "D11 to D66" in message
     assert "next:" in message
 
