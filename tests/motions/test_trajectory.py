@@ -233,3 +233,12 @@ def test_planned_motions_are_not_suspected(data):
     except TrajectoryError:  # all three joints stand still
         assume(False)
     assert contradictions(planned.time, planned.q, planned.qd, planned.qdd) == []
+
+
+def test_coarse_set_points_between_near_vias_are_not_suspected():
+    """Between eight set points the arm turns at four vias: two of the intervals left out would not do."""
+    via = [[-0.0259], [-0.0232], [-0.0222], [-0.0098]]
+    times = [10.18, 66.74, 79.89, 84.6]
+    options = {"profile": "trapezoidal", "n_set_points": 8, "via_times": times}
+    planned = gd.plan(arm_of("1"), [-0.0163], [0.0234], 95.0, via=via, **options)
+    assert contradictions(planned.time, planned.q, planned.qd, planned.qdd) == []

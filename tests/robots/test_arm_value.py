@@ -120,10 +120,11 @@ ACTING = {"gravity", "kind", "placement", "axis", "mass", "com", "inertia_com", 
 def test_fingerprint_changes_with_every_number_that_acts_and_with_nothing_else(puma):
     """Through the fingerprint of an edited description, where that still describes a possible arm."""
     before, counts = fingerprint(puma), {True: 0, False: 0}
-    for keys, value in leaves(describe(puma)):
+    text = json.dumps(describe(puma))
+    for keys, value in leaves(json.loads(text)):
         if isinstance(value, bool) or value is None:
             continue
-        edited = inner = json.loads(json.dumps(describe(puma)))
+        edited = inner = json.loads(text)
         for key in keys[:-1]:
             inner = inner[key]
         # The smallest change there is; numbers of rotations and inertias stay within what is possible.

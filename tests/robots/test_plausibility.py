@@ -83,6 +83,11 @@ def every(change: Callable[[Link], dict[str, object]], *only: int) -> RobotArm:
     return rods(links=tuple(links))
 
 
+def first_joints(count: int, arm: RobotArm) -> RobotArm:
+    """The arm that ends earlier."""
+    return replace(arm, joints=arm.joints[:count], links=arm.links[:count])
+
+
 def inertials(*order: int) -> RobotArm:
     """The rods with the inertials of other links."""
     links = rods().links
@@ -170,6 +175,7 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
         (every(lambda link: {"com": -link.com}, 2), "link 2 is 0.25 m off the line"),
         (in_frame(0), "if they are in the base's frame"),
         (in_frame(1), "or in the next link's frame"),
+        (first_joints(4, every(lambda link: {"com": -link.com})), "arm rods: the centres of mass are 0.1"),
     ],
     "inertials_of_other_links": [
         (inertials(1, 1, 2, 3, 4, 5), "belongs to the link before its own"),
