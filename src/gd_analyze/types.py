@@ -17,6 +17,7 @@ from gd_analyze.motions.reading import Reading, Treatment
 from gd_analyze.motions.states import States
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS
@@ -34,7 +35,9 @@ __all__ = [
     "Budget",
     "ControlSettings",
     "ControlStudy",
+    "DHRow",
     "Diagnosis",
+    "Drive",
     "Drivetrain",
     "Evaluation",
     "ExactDynamics",
@@ -42,7 +45,10 @@ __all__ = [
     "Findings",
     "Identification",
     "Integration",
+    "Joint",
+    "Link",
     "Margin",
+    "Placement",
     "Reading",
     "RobotArm",
     "Settings",

@@ -10,9 +10,9 @@ import pytest
 
 import gd_analyze as gd
 from few_tries import few_tries
-from gd_analyze.robots.parts import Drive
 from gd_analyze.schema import GROUPS
 from gd_analyze.studies.main_job import find
+from gd_analyze.types import Drive
 from parallel_axes import arm_of
 from recordings import swinging
 

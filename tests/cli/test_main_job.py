@@ -19,7 +19,7 @@ from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
 from gd_analyze.robots.arm_toml import toml_of
-from gd_analyze.robots.parts import Drive
+from gd_analyze.types import Drive
 from long_cases import long
 from recordings import swung
 

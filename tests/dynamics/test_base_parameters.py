@@ -18,8 +18,7 @@ from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
 from gd_analyze.robots.frames import standard_placements
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
-from gd_analyze.types import BaseParameters, RobotArm
+from gd_analyze.types import BaseParameters, DHRow, Drive, Joint, Link, Placement, RobotArm
 from parallel_axes import arms_with_runs, scara
 from strategies import arms, examples, random_inertia, random_states
 

@@ -13,8 +13,8 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
-from gd_analyze.robots.parts import Link, Placement
 from gd_analyze.text import LARGEST
+from gd_analyze.types import Link, Placement
 from strategies import arms_with_states, examples, motions, random_states
 
 

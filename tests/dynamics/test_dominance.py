@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.robots.parts import Joint, Link
 from gd_analyze.simplification.element import parts_of, torque_by_part
+from gd_analyze.types import Joint, Link
 from strategies import examples, motions
 
 EPS = float(np.finfo(float).eps)

@@ -12,9 +12,8 @@ from gd_analyze.dynamics.drivetrain import coulomb_friction, least_friction, vis
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import Drive
 from gd_analyze.tables import joint_accelerations
-from gd_analyze.types import Drivetrain
+from gd_analyze.types import Drive, Drivetrain
 from strategies import random_states
 
 RATIOS = np.array([-62.6111, 107.815, -53.7063, 76.0364, 71.923, 76.686])

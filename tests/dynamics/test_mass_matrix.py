@@ -15,7 +15,7 @@ from gd_analyze.arrays import CHUNK
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.errors import ArmError
-from gd_analyze.robots.parts import Drive, Joint, Link
+from gd_analyze.types import Drive, Joint, Link
 from strategies import arms_with_states, examples
 
 

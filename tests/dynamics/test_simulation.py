@@ -11,9 +11,8 @@ from scipy.special import ellipk
 from gd_analyze import decompose, load_arm
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, UsageError
-from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.tables import decompose_states, simulate
-from gd_analyze.types import Drivetrain, Integration, RobotArm, Simulation, States
+from gd_analyze.types import Drivetrain, Integration, Joint, Link, Placement, RobotArm, Simulation, States
 from strategies import arms_with_states, examples
 
 DRIVEN, NO_DRIVES = Drivetrain(inertia=True), Drivetrain()

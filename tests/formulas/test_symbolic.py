@@ -15,9 +15,8 @@ from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.formulas.symbolic import symbolic_text
 from gd_analyze.harmonics import symbolic
 from gd_analyze.harmonics.symbolic import DifferentEquationsError, symbolic_equations
-from gd_analyze.robots.parts import Joint, Link, Placement
 from gd_analyze.studies.symbolic import text_closed_forms
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Joint, Link, Placement, RobotArm
 from strategies import arms, examples, random_inertia, random_rotation
 
 sympy = pytest.importorskip("sympy", reason="needs SymPy: pip install sympy")

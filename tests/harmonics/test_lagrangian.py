@@ -15,9 +15,8 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.robots.parts import Drive
 from gd_analyze.tables import decompose_states, harmonics_of
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Drive, RobotArm
 from harmonic_arms import states_of, tolerances
 from parallel_axes import arms_with_runs, scara
 from strategies import States, arms, examples, two_link_of

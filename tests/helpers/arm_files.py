@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.robots.parts import Link
+from gd_analyze.types import Link
 
 ARM = """\
 format = "gd-analyze arm 1"

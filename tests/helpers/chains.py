@@ -8,8 +8,7 @@ from functools import cache
 import numpy as np
 
 from gd_analyze.robots.frames import standard_placements
-from gd_analyze.robots.parts import DHRow, Joint, Link
-from gd_analyze.types import RobotArm
+from gd_analyze.types import DHRow, Joint, Link, RobotArm
 
 
 @cache

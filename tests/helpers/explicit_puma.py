@@ -16,8 +16,7 @@ import numpy as np
 
 from gd_analyze.harmonics.terms import Factor, Monomial
 from gd_analyze.robots.frames import modified_placements
-from gd_analyze.robots.parts import DHRow, Joint, Link
-from gd_analyze.types import RobotArm
+from gd_analyze.types import DHRow, Joint, Link, RobotArm
 
 TABLE = {
     **{"a2": "0.4318", "a3": "-0.0203", "d2": "0.2435", "d3": "-0.0934", "d4": "0.4331"},

@@ -18,8 +18,8 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import arm_in
-from gd_analyze.robots.parts import Link
 from gd_analyze.robots.payload import with_payload
+from gd_analyze.types import Link
 from logs_of_arms import fourier
 from published_arms import arm_of
 

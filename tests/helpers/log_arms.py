@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Joint, Link, RobotArm
 
 UR = (
     "shoulder_pan_joint",

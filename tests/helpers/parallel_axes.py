@@ -8,8 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 import published_arms
-from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Joint, Link, Placement, RobotArm
 from strategies import random_inertia, random_rotation
 
 

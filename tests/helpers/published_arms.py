@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.robots.frames import standard_placements
-from gd_analyze.robots.parts import DHRow, Joint, Link
-from gd_analyze.types import RobotArm
+from gd_analyze.types import DHRow, Joint, Link, RobotArm
 
 # Largest magnitudes of velocities and accelerations, rad/s and rad/s^2 (m/s, m/s^2).
 PROFILES = {"slow": (0.1, 1.0), "fast": (1.0, 10.0)}

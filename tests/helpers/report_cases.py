@@ -6,9 +6,9 @@ import numpy as np
 
 from few_tries import few_tries
 from gd_analyze import Trajectory
-from gd_analyze.robots.parts import Joint, JointKind, Link, Placement
+from gd_analyze.robots.parts import JointKind
 from gd_analyze.studies.main_job import find
-from gd_analyze.types import Findings, RobotArm, Settings
+from gd_analyze.types import Findings, Joint, Link, Placement, RobotArm, Settings
 from strategies import random_inertia
 
 HOSTILE = '#strong[x] $x^2$ "quoted" <script>alert(1)</script> *b* = @ref \\n'

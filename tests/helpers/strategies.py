@@ -17,8 +17,7 @@ from hypothesis import strategies as st
 
 from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.types import RobotArm, States
+from gd_analyze.types import Joint, Link, Placement, RobotArm, States
 
 PROFILE = "gd-analyze"
 settings.register_profile(PROFILE, derandomize=True, deadline=None, database=None, print_blob=True)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import lagrange_euler
-from gd_analyze.robots.parts import Joint, Link, Placement
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Joint, Link, Placement, RobotArm
 
 Array = NDArray[Any]
 _STEP = 1e-40

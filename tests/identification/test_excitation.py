@@ -15,9 +15,8 @@ from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryEr
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import FourierSeries
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.robots.parts import Drive
 from gd_analyze.tables import base_parameters
-from gd_analyze.types import Workspace
+from gd_analyze.types import Drive, Workspace
 
 # s, and so many set points that their step is 0.25 ms: a thousandth of the fastest harmonic's period.
 DURATION, DENSE = 5.0, 20_001

@@ -12,8 +12,7 @@ import pytest
 from gd_analyze import read_log
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.logged import Log
-from gd_analyze.robots.parts import Joint, Link
-from gd_analyze.types import Reading, RobotArm
+from gd_analyze.types import Joint, Link, Reading, RobotArm
 from remedies import as_options, remedies, typed
 
 

@@ -35,8 +35,7 @@ from gd_analyze.figures.joints import (
 )
 from gd_analyze.figures.reach import reach_figure
 from gd_analyze.figures.svg import UNITS_PER_POINT, figure_svg, panel_svg, without_straights
-from gd_analyze.robots.parts import Joint
-from gd_analyze.types import Findings
+from gd_analyze.types import Findings, Joint
 
 
 def corners(path: str) -> list[np.ndarray]:

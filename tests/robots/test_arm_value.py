@@ -17,8 +17,8 @@ from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.description import arm_from_description, describe, fingerprint
 from gd_analyze.robots.frames import exact_cos_sin, modified_placements, standard_placements
-from gd_analyze.robots.parts import DHRow, Drive, Joint, LinkUncertainty, Placement
-from gd_analyze.types import RobotArm
+from gd_analyze.robots.parts import LinkUncertainty
+from gd_analyze.types import DHRow, Drive, Joint, Placement, RobotArm
 from strategies import arms, examples
 from transforms import link_frames
 

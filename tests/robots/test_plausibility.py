@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from arm_files import link
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
-from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, of_point_mass
+from gd_analyze.robots.parts import of_point_mass
 from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
 from gd_analyze.text import LARGEST
-from gd_analyze.types import RobotArm
+from gd_analyze.types import DHRow, Drive, Joint, Link, Placement, RobotArm
 from strategies import examples, random_rotation
 
 SHELF = Placement(np.eye(3), np.array([0.5, 0, 0]))

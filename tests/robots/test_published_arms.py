@@ -12,9 +12,8 @@ import gd_analyze as gd
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.frames import standard_placements
-from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.tables import decompose_states
-from gd_analyze.types import States
+from gd_analyze.types import DHRow, Joint, Link, States
 from published_arms import arm_of
 
 

@@ -13,7 +13,6 @@ from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
-from gd_analyze.robots.parts import Drive
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.element import parts_of
 from gd_analyze.simplification.harmonic import ENERGY
@@ -21,7 +20,7 @@ from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_torque import model_torque
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.tables import decompose_states, states_in_box, states_of
-from gd_analyze.types import LEVELS, Budget, ExactDynamics, SimplifiedModel, States
+from gd_analyze.types import LEVELS, Budget, Drive, ExactDynamics, SimplifiedModel, States
 from made_models import ROUND_OFF, exact_model, model_of_parts
 from strategies import arms_with_states, examples, random_states
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_link
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.robots.parts import Drive, Joint, Link, LinkUncertainty, Placement
+from gd_analyze.robots.parts import LinkUncertainty
 from gd_analyze.tables import states_in_box, states_of, torque_uncertainty
-from gd_analyze.types import RobotArm, States
+from gd_analyze.types import Drive, Joint, Link, Placement, RobotArm, States
 from strategies import arms_with_states, examples
 
 EPS = float(np.finfo(float).eps)

@@ -9,10 +9,10 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
-from gd_analyze.robots.parts import Placement
 from gd_analyze.studies.control import followable
 from gd_analyze.studies.control_law import Reference
 from gd_analyze.studies.tracking import TrackingBudget, tip_columns, tip_position
+from gd_analyze.types import Placement
 
 
 def test_words_are_read():
