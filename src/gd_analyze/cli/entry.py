@@ -18,6 +18,7 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from gd_analyze.cli.app import app
+from gd_analyze.cli.main_job import analyze
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 from gd_analyze.text import visible
@@ -88,7 +89,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if isinstance(error, click.ClickException):
         error = _as_our_own(error)
     if isinstance(error, GdAnalyzeError):
-        tell("error", str(error))
+        tell("error", str(_with_option(error, words)))
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         verb = next((word for word in words if not word.startswith("-")), "")
@@ -109,6 +110,24 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
         )
         tell("error", str(explained))
     return FAILED
+
+
+def _with_option(error: GdAnalyzeError, words: Sequence[str]) -> GdAnalyzeError:
+    """Name the option in place of the library's argument of that name."""
+    verb = next((word for word in words if word in app.commands), analyze.name)
+    options = {
+        param.name: param.opts[0] for param in app.commands[verb or ""].params if param.opts[0][0] == "-"
+    }
+    details = error.details
+    if details.get("where") not in options:
+        return error
+    return GdAnalyzeError(
+        error.what,
+        where=options[details["where"]],
+        expected=details.get("expected"),
+        found=details.get("found"),
+        next_step=details.get("next"),
+    )
 
 
 def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
