@@ -116,6 +116,7 @@ def test_processes_do_not_disturb_each_other(place):
     assert [kept(name_of(k)) for k in range(7)] == [[k] * 2000 for k in range(7)]
 
 
+@pytest.mark.slow
 def test_other_code_finds_nothing_of_this(tmp_path):
     """An entry is a function of the code that wrote it: one character more, and it is written anew."""
     package, place = tmp_path / "gd_analyze", tmp_path / "cache"

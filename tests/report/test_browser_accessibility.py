@@ -44,6 +44,7 @@ def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path) -> None
         assert violations(tab) == []
 
 
+@pytest.mark.slow
 def test_no_rule_is_broken_by_several_motions(browser: Any, tmp_path: Path, two_motions: Findings) -> None:
     path = tmp_path / "report.html"
     path.write_text(render_html(two_motions), encoding="utf-8")
