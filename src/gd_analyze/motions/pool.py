@@ -39,17 +39,18 @@ def trajectory_of(sources: GivenMotions, arm: RobotArm, read: Read = read_trajec
     """Take a trajectory, or read those given by names, files and folders; several become a pool."""
     if isinstance(sources, Trajectory):
         return sources
-    motions, name = _listed_motions(sources)
-    return pool(_read_all(motions, arm, read), name)
+    return pool(*_given_motions(sources, arm, read))
 
 
 def motions_of(sources: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
     """Take the same motions separately, without readings and with distinct names."""
-    return _distinct(_read_all(_listed_motions(sources)[0], arm, read))
+    return _distinct(_given_motions(sources, arm, read)[0])
 
 
-def _listed_motions(sources: GivenMotions) -> tuple[list[GivenMotion], str | None]:
-    """Motions, with folders replaced by their files; and the folder's name if only one is given."""
+def _given_motions(
+    sources: GivenMotions, arm: RobotArm, read: Read
+) -> tuple[Iterator[Trajectory], str | None]:
+    """Motions, of a folder those of its files, read one by one; and its name if only a folder is given."""
     entries = list(sources) if isinstance(sources, Sequence) and not isinstance(sources, str) else [sources]
     motions, name = list[GivenMotion](), None
     for entry in entries:
@@ -58,11 +59,7 @@ def _listed_motions(sources: GivenMotions) -> tuple[list[GivenMotion], str | Non
         if files is not None and len(entries) == 1:
             name = visible(Path(str(entry)).resolve().name)
         motions += [entry] if files is None else files
-    return motions, name
-
-
-def _read_all(motions: Sequence[GivenMotion], arm: RobotArm, read: Read) -> Iterator[Trajectory]:
-    return (motion if isinstance(motion, Trajectory) else read(motion, arm) for motion in motions)
+    return (motion if isinstance(motion, Trajectory) else read(motion, arm) for motion in motions), name
 
 
 def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
