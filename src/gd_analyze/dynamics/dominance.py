@@ -199,9 +199,17 @@ def rank(
     )
 
 
-def elements_of_torque(n_joints: int) -> int:
-    """Elements that make a joint's torque: n of D, one of h and one of c; each is allowed an equal share."""
+def sharing_elements(n_joints: int) -> int:
+    """Count the elements that share the error allowed of a torque: n of D, one of h and one of c."""
     return n_joints + 2
+
+
+def negligible_torque(allowed: FloatArray) -> FloatArray:
+    """Torque up to which an element is negligible, of the error allowed at every joint, (n,) or (n, S).
+
+    An equal share of it, so that all negligible elements may be left out together.
+    """
+    return allowed / sharing_elements(len(allowed))
 
 
 @dataclass(frozen=True)
@@ -216,7 +224,7 @@ class _RankingLimits:
     @property
     def floor(self) -> FloatArray:
         """Torque up to which an element is negligible."""
-        return self.allowed / elements_of_torque(len(self.allowed))
+        return negligible_torque(self.allowed)
 
 
 def _allowed_torque(budget: float | FloatArray, peak_torque: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.base_parameters import regressor
-from gd_analyze.dynamics.dominance import Element, elements, elements_of_torque
+from gd_analyze.dynamics.dominance import Element, elements, negligible_torque
 from gd_analyze.dynamics.robustness import elements_per_unit, point_masses
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.varied import Bodies
@@ -60,7 +60,7 @@ class Peaks:
         exists = np.asarray(is_there.any(axis=0))
         translation, rotation = (is_there & (self.parts > threshold * self.whole)).astype(int)
         verdict = np.where(rotation, 1 + translation, 0)
-        floor, diagonal = allowed / elements_of_torque(n), np.flatnonzero(np.equal(*np.triu_indices(n)))
+        floor, diagonal = negligible_torque(allowed), np.flatnonzero(np.equal(*np.triu_indices(n)))
         is_small = np.asarray((np.where(exists[:, None], self.moved, 0.0) <= floor).all(axis=1))
         verdict = np.where(exists, np.where(is_small, 4, verdict), 5)
         with_drive = np.where(self.driven <= floor, 4, 3)

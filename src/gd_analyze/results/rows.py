@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import elements_of_torque, text_verdicts
+from gd_analyze.dynamics.dominance import sharing_elements, text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.result import Column, Table
 from gd_analyze.results.findings import Findings
@@ -73,12 +73,12 @@ def effect_of(row: Row, verdict: str | None = None) -> str:
     )
 
 
-def threshold_text(findings: Findings) -> str:
-    """Definition of the verdict."""
+def verdict_definition(findings: Findings) -> str:
+    """When a part is needed, and when an element is negligible."""
     share = percent(float(findings.dominance.attrs["threshold"]))
     return (
         f"parts whose loss changes the element by more than {share} of its peak; negligible, if its torque "
-        f"is at most 1/{elements_of_torque(findings.arm.n_joints)} of the budget"
+        f"is at most 1/{sharing_elements(findings.arm.n_joints)} of the budget"
     )
 
 
@@ -98,7 +98,7 @@ def sure_text(row: Row) -> str:
 def dominance_note(findings: Findings) -> str:
     """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
-    note = f"Coloured: {threshold_text(findings)} (no colour)."
+    note = f"Coloured: {verdict_definition(findings)} (no colour)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
         begins = [f"{motion.name} from {time[motion.rows.start]:.3g} s" for motion in motions]

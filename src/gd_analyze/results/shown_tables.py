@@ -26,7 +26,7 @@ from gd_analyze.results.rows import (
     rows_of,
     sure_text,
     table_of,
-    threshold_text,
+    verdict_definition,
 )
 from gd_analyze.schema import declared_column
 from gd_analyze.text import number, percent, pretty, thousands
@@ -103,7 +103,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         )
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
     doubts = f"; ?: less than {percent(SURE)} sure" if "robustness" in findings.tables else ""
-    note = f"Verdict: {threshold_text(findings)}{doubts}."
+    note = f"Verdict: {verdict_definition(findings)}{doubts}."
     wide = ("rank", "peak", "sure", "change_without_translation", "change_without_rotation")
     return table_of("dominance", title, rows, columns, note, top, pages_only=wide)
 
