@@ -1,4 +1,4 @@
-"""From a file to a motion: table (formats), columns, log in SI units (treat), trajectory."""
+"""From a file to a motion: table (formats), columns, log in SI units (treat), trajectory (logged)."""
 
 from __future__ import annotations
 
