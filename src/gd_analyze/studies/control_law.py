@@ -213,7 +213,7 @@ class ControlSettings:
         ):
             for value in values:
                 if not low <= value <= high:
-                    message, expected = f"{name} is out of range", f"{low:g} to {high:g} {unit}"
+                    message, expected = f"the setting {name} is out of range", f"{low:g} to {high:g} {unit}"
                     raise UsageError(message, where=name, expected=expected.rstrip(), found=f"{value:g}")
         for name, values in (("rates", self.rates), ("speeds", self.speeds)):
             if not 1 <= len(values) <= _MOST_COMPARED or len(set(values)) < len(values):
