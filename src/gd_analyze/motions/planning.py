@@ -211,7 +211,7 @@ def _knots(arm: RobotArm, start: ArrayLike, via: Sequence[ArrayLike], goal: Arra
             joint = arm.joints[i]
             least, most, value = (angle(float(x[i]), joint.unit) for x in (lower, upper, knot))
             message = f"{label} lies outside the range of {joint_label(i + 1, joint.name)}"
-            step = f"choose a position within the range, in {joint.unit}"
+            step = "choose a position within the range"
             raise refusal(message, label, f"{least} .. {most}", value, step)
         if knots and np.abs(knot - knots[-1]).max() <= ROUNDING:
             message = f"{labels[len(knots) - 1]} and {label} are the same"
