@@ -22,9 +22,9 @@ import numpy as np
 from joblib.externals.loky import get_reusable_executor
 
 import gd_analyze as gd
+from gd_analyze.cache import VARIABLE
 from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.varied import VariedArm
-from gd_analyze.simplification.cache import VARIABLE
 
 ARMS, JOINTS, JOBS, EVERY, SEED = 1000, 2, 2, 10, 1987
 VARIED = ("link2.mass", "joint2.a", "link2.com.x", "link2.com.z", "drive1.inertia")

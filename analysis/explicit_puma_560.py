@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
+from gd_analyze.cache import without_cache
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify
 from gd_analyze.certification.holding import simplify_held
@@ -24,14 +25,13 @@ from gd_analyze.harmonics.terms import Torques, TorqueTerm
 from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.effort import ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, trade_off
 from psdm_measure import made_with
 

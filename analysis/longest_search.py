@@ -17,12 +17,12 @@ import numpy as np
 
 import gd_analyze as gd
 from exported_c import arm_named
+from gd_analyze.cache import without_cache
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from psdm_measure import machine

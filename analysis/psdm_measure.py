@@ -26,10 +26,10 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze import __version__
+from gd_analyze.cache import without_cache
 from gd_analyze.exporting.export import Exported, export, written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
-from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel

@@ -16,9 +16,9 @@ from hypothesis import settings
 
 from advice import false_advice
 from gd_analyze import Trajectory, decompose, load_arm, read_trajectory, simplify
+from gd_analyze.cache import VARIABLE
 from gd_analyze.cli.app import app
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.simplification.cache import VARIABLE
 from gd_analyze.studies.main_job import find
 from gd_analyze.tables import save_results, states_in_box
 from gd_analyze.types import Findings, RobotArm, Settings, SimplifiedModel

@@ -11,11 +11,11 @@ import gd_analyze as gd
 from changed_programs import skip_searches
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
-from gd_analyze.simplification.effort import THOROUGH
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import THOROUGH
 from gd_analyze.studies.comparison import comparison
 from gd_analyze.studies.main_job import find
 from gd_analyze.types import LEVELS, Box, ExactDynamics, Settings

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.simplification.cache import VARIABLE, cache_folder, keep, kept, name_of, without_cache
+from gd_analyze.cache import VARIABLE, cache_folder, keep, kept, name_of, without_cache
 from strategies import examples, names_in
 
 NAME = name_of(["a key", 1.5])
@@ -35,7 +35,7 @@ def test_what_was_kept_is_there_unless_it_is_switched_off(place, monkeypatch):
         assert cache_folder() is kept(NAME) is None
         keep(name_of("another"), VALUE)
     assert len(names_in(place)) == 1
-    monkeypatch.setattr("gd_analyze.simplification.cache.__version__", "0.0.1")
+    monkeypatch.setattr("gd_analyze.cache.__version__", "0.0.1")
     assert name_of(["a key", 1.5]) != NAME
     for name in ("off", "OFF", ""):
         monkeypatch.setenv(VARIABLE, name)
@@ -87,7 +87,7 @@ def test_another_entrys_content_a_device_no_folder_and_a_full_disk(place, monkey
 
 
 def test_old_entries_go(place, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.cache.LARGEST_CACHE", 20_000)
+    monkeypatch.setattr("gd_analyze.cache.LARGEST_CACHE", 20_000)
     place.mkdir(parents=True)
     (place / "notes.txt").write_text("the user's" * 10_000)
     names = [name_of(k) for k in range(60)]
@@ -101,7 +101,7 @@ def test_old_entries_go(place, monkeypatch):
 
 
 WRITE = """
-from gd_analyze.simplification.cache import keep, kept, name_of
+from gd_analyze.cache import keep, kept, name_of
 for k in range(60):
     keep(name_of(k % 7), [k % 7] * 2000)
     assert kept(name_of(k % 7)) in ([k % 7] * 2000, None), k

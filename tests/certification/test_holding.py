@@ -25,10 +25,10 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import taken_apart
 from gd_analyze.results.simplified_result import simplified_result
-from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import POINT
 from long_cases import long
 from recordings import swung
 from strategies import arms, arms_with_states, examples

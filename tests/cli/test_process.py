@@ -18,7 +18,7 @@ from threading import Thread
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.simplification.cache import VARIABLE
+from gd_analyze.cache import VARIABLE
 from gd_analyze.simplification.kept_program import kept_program
 from long_cases import long
 from program import PROGRAM

@@ -14,9 +14,9 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import Expansion, expanded, expansion_factors
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import COUNTING, ROUGH
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.torque_program import COUNTING, ROUGH
 from gd_analyze.types import LEVELS, RobotArm
 from strategies import arms, examples, random_states
 

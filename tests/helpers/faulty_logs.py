@@ -13,7 +13,7 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.logged import Log
+from gd_analyze.motions.log import Log
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

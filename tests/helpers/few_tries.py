@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 
+from gd_analyze.cache import without_cache
 from gd_analyze.operations import sharing
-from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.simplification.torque_program import program_of_terms
 

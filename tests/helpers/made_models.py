@@ -14,13 +14,12 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Allowance
-from gd_analyze.simplification.effort import COUNTING, Effort
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model_file import _digest
-from gd_analyze.simplification.verdicts import model_by_verdicts
+from gd_analyze.simplification.torque_program import COUNTING, Effort
 from gd_analyze.types import Budget, ExactDynamics, RobotArm, SimplifiedModel, States
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in

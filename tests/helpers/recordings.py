@@ -11,7 +11,9 @@ import numpy as np
 from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.logged import ColumnUse, Log, Recording
+from gd_analyze.motions.columns import ColumnUse
+from gd_analyze.motions.log import Log
+from gd_analyze.motions.smoothing import Recording
 from gd_analyze.tables import states_of
 from gd_analyze.types import RobotArm
 

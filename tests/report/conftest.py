@@ -11,7 +11,8 @@ from browser import Tab, opened, started
 from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze import Trajectory, load_arm, read_trajectory
-from gd_analyze.motions.logged import ColumnUse, Log
+from gd_analyze.motions.columns import ColumnUse
+from gd_analyze.motions.log import Log
 from gd_analyze.report.main_page import render_html
 from gd_analyze.studies.main_job import find
 from gd_analyze.types import Budget, Findings, RobotArm, Settings

@@ -18,8 +18,7 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
 from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
 from gd_analyze.results.run_result import stop_rows
-from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.simplification.torque_program import ROUGH, torque_program
 from gd_analyze.text import number
 from gd_analyze.types import Findings
 from page_reader import Page

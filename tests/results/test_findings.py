@@ -10,16 +10,16 @@ import pytest
 import gd_analyze as gd
 from changed_programs import skip_proofs, skip_searches
 from gd_analyze import Trajectory, analyze
+from gd_analyze.cache import without_cache
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
 from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.cache import without_cache
-from gd_analyze.simplification.effort import POINT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import POINT
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import default_folder
 from gd_analyze.types import Settings

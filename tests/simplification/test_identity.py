@@ -14,18 +14,19 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from chains import generic_chain
 from changed_programs import skip_searches
+from gd_analyze import cache
 from gd_analyze.errors import ModelError
-from gd_analyze.operations.program import Program, plain_program
-from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification import cache, exact
-from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.identity import (
+from gd_analyze.harmonics.identity import (
     LEAST_DIFFERENCE,
     formal_degrees,
     largest_difference,
     states_needed,
     telling_states,
 )
+from gd_analyze.operations.program import Program, plain_program
+from gd_analyze.operations.trace import Trace
+from gd_analyze.simplification import exact
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.types import States
 from strategies import arms, examples

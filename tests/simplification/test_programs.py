@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze import load_arm, simplify
+from gd_analyze.cache import VARIABLE, keep, kept, without_cache
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
@@ -23,14 +24,12 @@ from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.operations.program import Program, plain_program, program_inputs
-from gd_analyze.simplification.cache import VARIABLE, keep, kept, without_cache
-from gd_analyze.simplification.effort import COUNTING, ROUGH, THOROUGH, Effort
 from gd_analyze.simplification.exact import ExactForm, has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import require_terms_computed
-from gd_analyze.simplification.torque_program import torque_program
+from gd_analyze.simplification.torque_program import COUNTING, ROUGH, THOROUGH, Effort, torque_program
 from gd_analyze.studies.comparison import count_cost
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import ExactDynamics, RobotArm, States
@@ -276,7 +275,7 @@ def test_all_terms_of_an_arm_take_few_operations(name, fewest):
 
 PRINT = """
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.effort import THOROUGH
+from gd_analyze.simplification.torque_program import THOROUGH
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.robots.catalogue import load_arm
 

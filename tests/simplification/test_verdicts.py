@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.simplification.element import ElementPart, parts_of
-from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, operations_by_quantity
+from gd_analyze.simplification.element import (
+    VERDICT_SOURCES,
+    ElementPart,
+    model_by_verdicts,
+    operations_by_quantity,
+    parts_of,
+)
 from gd_analyze.types import ExactDynamics
 
 

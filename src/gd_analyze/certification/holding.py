@@ -21,12 +21,12 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import ROUGH, Effort
+from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.verdicts import require_no_budget
+from gd_analyze.simplification.torque_program import ROUGH, Effort
 from gd_analyze.threads import one_thread
 
 

@@ -9,6 +9,7 @@ import click
 from click.shell_completion import CompletionItem, get_completion_class
 
 from gd_analyze import __version__
+from gd_analyze.cache import cache_folder
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.batch import batch
 from gd_analyze.cli.compare import compare
@@ -26,7 +27,6 @@ from gd_analyze.cli.sweep import sweep
 from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
-from gd_analyze.simplification.cache import cache_folder
 
 EPILOG = """\b
 Examples:

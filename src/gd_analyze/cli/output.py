@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gd_analyze.cache import without_cache
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
 from gd_analyze.cli.terminal import Stages, colour, stages, tell_warnings, width
 from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import require_writable
-from gd_analyze.simplification.cache import without_cache
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:

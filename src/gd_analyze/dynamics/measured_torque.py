@@ -22,8 +22,8 @@ from gd_analyze.dynamics.friction import (
 )
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
-from gd_analyze.motions.logged import noise_of
 from gd_analyze.motions.pool import trajectory_of
+from gd_analyze.motions.smoothing import noise_of
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm

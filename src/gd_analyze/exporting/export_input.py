@@ -20,17 +20,17 @@ from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.names import LONGEST_NAME, identifier, identifiers
 from gd_analyze.operations.angles import with_sums
-from gd_analyze.operations.program import OperationCount, Program
-from gd_analyze.operations.sharing import rewritten
-from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.functions import (
+from gd_analyze.operations.functions import (
     Functions,
     coriolis_matrix_program,
     forward_dynamics_program,
     torque_derivatives_program,
 )
+from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.sharing import rewritten
+from gd_analyze.operations.trace import Trace
+from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.text import rounded_up

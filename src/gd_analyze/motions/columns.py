@@ -6,12 +6,12 @@ import difflib
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
-from gd_analyze.motions.logged import ColumnUse
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
@@ -35,6 +35,19 @@ _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque
 _TIMED = ("time", "sec", "nanosec", "index")
 # Most names listed in a message.
 _MOST_LISTED_NAMES = 12
+
+Role = Literal["time", "unused"] | MotionRole
+
+
+@dataclass(frozen=True)
+class ColumnUse:
+    """How one column of a log was understood."""
+
+    column: str  # its name, or its number from 1 if it has none
+    role: Role  # "time", "q", "qd", "qdd", "torque" or "unused"
+    joint: str = ""  # name of the arm's joint; "" for time and unused columns
+    unit: str = ""  # unit of its numbers in the log
+    why: str = ""  # the reason for the role
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import require_type
 from gd_analyze.motions.formats import files_in, shipped_trajectories
-from gd_analyze.motions.logged import Recording
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Motion, Trajectory, counted_motions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python, number, visible

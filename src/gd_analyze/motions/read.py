@@ -1,4 +1,4 @@
-"""From a file to a motion: table (formats), columns, log in SI units (treat), trajectory (logged)."""
+"""From a file to a motion: table (formats), columns, log in SI units (log), trajectory (smoothing)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,11 @@ from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, requi
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
-from gd_analyze.motions.logged import Log
+from gd_analyze.motions.log import Log, log_of
 from gd_analyze.motions.reading import Reading, Treatment, refusal
 from gd_analyze.motions.table import Progress, no_progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
-from gd_analyze.motions.treat import log_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.text import visible

@@ -29,10 +29,11 @@ from gd_analyze.motions.table import (
     Stamps,
     no_progress,
 )
-from gd_analyze.motions.trajectory import GAP
 from gd_analyze.motions.words import is_of_set_points, unit_in_words
 from gd_analyze.text import LARGEST, in_python, number_in
 
+# A separate line where the motion between the set points above and below is unknown.
+GAP = "# gap"
 _NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
 _NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
 EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})

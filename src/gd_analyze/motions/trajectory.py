@@ -17,16 +17,15 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, array_of, chunks, frozen
 from gd_analyze.errors import TrajectoryError, require_type
 from gd_analyze.files import write_text
-from gd_analyze.motions.logged import Log, Recording, treated
+from gd_analyze.motions.log import Log
 from gd_analyze.motions.reading import Treatment, refusal
+from gd_analyze.motions.smoothing import Recording, treated
+from gd_analyze.motions.text import GAP
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, counted, html_of, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-# A separate line where the motion between the set points above and below is unknown.
-GAP = "# gap"
 
 # Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
 _TO_DERIVE: Any = None

@@ -20,10 +20,10 @@ from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.run_result import is_unreadable
 from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
-from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT, kept_effects
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import inertia_label, joined, percent
 
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}

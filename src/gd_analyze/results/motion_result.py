@@ -12,7 +12,7 @@ from gd_analyze.dynamics.measured_torque import CONTRADICTING
 from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
-from gd_analyze.motions.logged import ColumnUse
+from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.result import Column, Fact, Mark, Part, Section, Table, for_pages, joint_columns
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables, for_json
 from gd_analyze.results.findings import Findings

@@ -16,7 +16,8 @@ from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.motions.logged import ColumnUse, Recording
+from gd_analyze.motions.columns import ColumnUse
+from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Motion, Trajectory, Whole
 from gd_analyze.results.run_tables import joint_names
 from gd_analyze.robots.arm import RobotArm

@@ -37,8 +37,8 @@ from gd_analyze.results.shown_tables import (
     text_comparison,
 )
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import amount, counted, joined, named_joints, number, thousands
 
 if TYPE_CHECKING:

@@ -19,15 +19,20 @@ from gd_analyze.motions.margin import Margin
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.effort import ROUGH
-from gd_analyze.simplification.element import ELEMENT, parts_of
+from gd_analyze.simplification.element import (
+    ELEMENT,
+    VERDICT_SOURCES,
+    model_by_verdicts,
+    operations_by_quantity,
+    parts_of,
+)
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_torque import PayloadEffect, losses
 from gd_analyze.simplification.term_ranking import TermRanking
-from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, operations_by_quantity
+from gd_analyze.simplification.torque_program import ROUGH
 
 if TYPE_CHECKING:
     import xarray as xr

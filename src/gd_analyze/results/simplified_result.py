@@ -17,10 +17,9 @@ from gd_analyze.results.model_facts import (
     structure_note,
     worst_error,
 )
-from gd_analyze.simplification.effort import READABLE
-from gd_analyze.simplification.element import ELEMENT, parts_of
+from gd_analyze.simplification.element import ELEMENT, operations_by_quantity, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.verdicts import operations_by_quantity
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import thousands
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import MANY_TERMS, TooManyTermsError, candidates_of
-from gd_analyze.simplification.effort import effort_for
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
+from gd_analyze.simplification.torque_program import effort_for
 
 
 @dataclass(frozen=True, kw_only=True)

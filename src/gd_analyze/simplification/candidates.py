@@ -19,11 +19,11 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effects import Mask, TermTorques
-from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, has_more_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Level, Terms
 from gd_analyze.simplification.selection import Selection, TermChoice
+from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import SINE_PRICE
 
 # Number of terms beyond which the smallest are dropped beforehand.

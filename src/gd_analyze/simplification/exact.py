@@ -14,19 +14,18 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.identity import largest_difference
 from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Energies, Torques
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
+from gd_analyze.operations.functions import Functions, functions_of
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.effort import ROUGH, Effort
-from gd_analyze.simplification.functions import Functions, functions_of
-from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.kept_program import Task, kept_program, program_name
-from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
+from gd_analyze.simplification.torque_program import ROUGH, Effort, functions_of_terms, torque_program
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,9 +10,9 @@ from pydantic import TypeAdapter
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.operations.program import Program
-from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import Checked, Level, Terms
+from gd_analyze.simplification.torque_program import Effort
 
 
 class FastLevel(Level):

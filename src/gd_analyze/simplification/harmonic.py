@@ -22,10 +22,9 @@ from gd_analyze.operations.program import Program
 from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effects import TermTorques
-from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, IntegerArray, Terms
-from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
+from gd_analyze.simplification.torque_program import Effort, functions_of_terms, torque_program
 
 # Relative difference of coefficients that are mathematically equal, or twice or half each other.
 _EQUAL = 1e-9

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from gd_analyze.cache import keep, kept, name_of
 from gd_analyze.operations.program import Program, plain_program, read_back
-from gd_analyze.simplification.cache import keep, kept, name_of
 
 # Source folders that determine an exact program; a change there invalidates those written before.
 _CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")

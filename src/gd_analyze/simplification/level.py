@@ -20,8 +20,8 @@ from gd_analyze.harmonics.terms import EnergyTerm, Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effects import TermTorques
-from gd_analyze.simplification.effort import Effort
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import LARGEST_COEFFICIENT
 
 # Content of a model: a number by term, or by change of a program, of the level's own type.

@@ -7,11 +7,11 @@ import numbers
 from dataclasses import dataclass
 
 from gd_analyze.errors import UsageError, require_type
-from gd_analyze.simplification.effort import THOROUGH, Effort
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.torque_program import THOROUGH, Effort
 from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.

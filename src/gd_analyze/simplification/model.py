@@ -18,16 +18,21 @@ from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
+from gd_analyze.operations.functions import Functions, functions_of, inertia_program
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
-from gd_analyze.simplification.effort import ROUGH, THOROUGH, effort_for
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.functions import Functions, functions_of, inertia_program
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import functions_of_terms, torque_program
+from gd_analyze.simplification.torque_program import (
+    ROUGH,
+    THOROUGH,
+    effort_for,
+    functions_of_terms,
+    torque_program,
+)
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 # Most terms of equations shown in a notebook.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, ModelError
 from gd_analyze.harmonics.expansion import TooLongError, expanded
+from gd_analyze.harmonics.identity import largest_difference
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.margin import Margin
@@ -33,10 +34,9 @@ from gd_analyze.simplification.accuracy import (
     share_at,
 )
 from gd_analyze.simplification.budget import ReferenceTorques
-from gd_analyze.simplification.effort import ROUGH
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
-from gd_analyze.simplification.identity import largest_difference
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.torque_program import ROUGH
 
 WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 

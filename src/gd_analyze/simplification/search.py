@@ -12,7 +12,6 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
-from gd_analyze.simplification.effort import COUNTING, ROUGH
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import CandidateLevel, Found
@@ -26,6 +25,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
+from gd_analyze.simplification.torque_program import COUNTING, ROUGH
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None

@@ -9,8 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.effort import THOROUGH
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast_search import fast_model
 from gd_analyze.simplification.level import CandidateLevel
@@ -24,7 +23,7 @@ from gd_analyze.simplification.model import (
     with_rewriting,
 )
 from gd_analyze.simplification.search import TermProgress, quick_count, selected_terms
-from gd_analyze.simplification.verdicts import model_by_verdicts, require_no_budget
+from gd_analyze.simplification.torque_program import THOROUGH
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,18 +5,41 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
+from gd_analyze.operations.functions import Functions, inertia_program
 from gd_analyze.operations.program import UFUNCS, Program
 from gd_analyze.operations.sharing import SharedSums, factored, shared_sums
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.effort import Effort
-from gd_analyze.simplification.functions import Functions, inertia_program
+
+
+class Effort(NamedTuple):
+    """Time to spend on a program of few operations."""
+
+    shared: int  # most torque terms for which common parts of rows are searched
+    rearranging: int = 0  # rearrangements tried, times the operations; 0 disables other forms, too
+
+
+# Milliseconds, within a search.
+ROUGH: Effort = Effort(0)
+# Hundredths of a second, within a search.
+COUNTING: Effort = Effort(80)
+# Hundredths of a second, for intermediate models, such as the points of a curve.
+POINT: Effort = Effort(600)
+# Some tenths of a second, for a result: 3 to 6 % fewer operations.
+THOROUGH: Effort = Effort(600, 15_000)
+# Most terms of D, h and c that a person reads; of more, a program is not searched for shared parts.
+READABLE = 250
+
+
+def effort_for(terms: int) -> Effort:
+    """Effort worth spending on a program of this many terms."""
+    return POINT if terms <= READABLE else ROUGH
 
 
 class TorqueVariables:

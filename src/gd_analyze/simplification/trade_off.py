@@ -10,7 +10,6 @@ import numpy as np
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.effort import POINT, THOROUGH
 from gd_analyze.simplification.exact import ExactForm, too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
 from gd_analyze.simplification.fast import FAST
@@ -18,6 +17,7 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import POINT, THOROUGH
 from gd_analyze.threads import one_thread
 
 # Level and refit: every level of single terms, with a refit and without.

@@ -13,9 +13,9 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.candidates import TooManyTermsError, terms_beyond
-from gd_analyze.simplification.effort import READABLE
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.simplification.torque_program import READABLE
 
 if TYPE_CHECKING:
     import xarray as xr

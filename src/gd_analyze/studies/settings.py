@@ -14,11 +14,10 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.uncertainty import StatedUncertainty
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, require_no_budget
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
-from gd_analyze.simplification.verdicts import VERDICT_SOURCES, require_no_budget
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
@@ -27,7 +27,6 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import TermProgress
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.verdicts import VERDICT_SOURCES, model_by_verdicts, require_no_budget
 from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
+from gd_analyze.cache import without_cache
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements
 from gd_analyze.dynamics.many_arms import CONTRIBUTIONS, VERDICT_NAMES, peaks
 from gd_analyze.errors import UsageError, require_type
@@ -22,7 +23,6 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.cache import without_cache
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import too_many_terms

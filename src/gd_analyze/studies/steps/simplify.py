@@ -15,8 +15,7 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
-from gd_analyze.simplification.effort import POINT, READABLE, THOROUGH
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
@@ -24,7 +23,7 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
-from gd_analyze.simplification.verdicts import model_by_verdicts
+from gd_analyze.simplification.torque_program import POINT, READABLE, THOROUGH
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress

@@ -1,18 +1,20 @@
-"""The motion in a log, and its conversion to a trajectory: sorted, unwrapped, smoothed."""
+"""The numbers of a trajectory from a log: rows sorted, angles unwrapped, readings smoothed."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.cutoff import Source, chosen
-from gd_analyze.motions.reading import ROLES, MotionRole, Treatment, refusal
+from gd_analyze.motions.log import Log
+from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import SAMPLING, Sampling, sampling_of, unwrapped
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
@@ -20,8 +22,6 @@ from gd_analyze.text import significant
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
-
-Role = Literal["time", "unused"] | MotionRole
 
 # Degree of the smoothing spline.
 _DEGREE = 5
@@ -33,43 +33,6 @@ _KNOTS_PER_READING = 4
 _FEWEST_PERIODS = 0.05
 # Integrals of the products of two quadratic B-splines, knots 1 apart.
 _SPLINE_PRODUCTS = np.array([1, 26, 66, 26, 1]) / 120
-
-
-@dataclass(frozen=True)
-class ColumnUse:
-    """How one column of a log was understood."""
-
-    column: str  # its name, or its number from 1 if it has none
-    role: Role  # "time", "q", "qd", "qdd", "torque" or "unused"
-    joint: str = ""  # name of the arm's joint; "" for time and unused columns
-    unit: str = ""  # unit of its numbers in the log
-    why: str = ""  # the reason for the role
-
-
-@dataclass(frozen=True, eq=False)
-class Log:
-    """The columns of an arm's motion, in SI units and in the order of the joints, untreated."""
-
-    time: FloatArray  # s, shape (N,); in a log instants may repeat, jump or leave gaps
-    q: FloatArray  # joint variables, rad (m), shape (N, n); nan where a cell is empty
-    # Velocities, accelerations and torques at the joints, same shape; None if missing
-    qd: FloatArray | None
-    qdd: FloatArray | None
-    torque: FloatArray | None
-    measured: bool  # whether these are readings of sensors; a plan otherwise
-    columns: tuple[ColumnUse, ...] = ()  # how every column was understood
-    # Short identifier, and where it was read
-    name: str = "log"
-    origin: str = ""
-    # For a file of set points, whose rows are used unchanged: the rows, from 0, before which it states a gap.
-    # None for any other log
-    gaps: tuple[int, ...] | None = None
-    judged: bool = False  # whether `measured` follows from names alone, so that the numbers may contradict it
-
-    def __repr__(self) -> str:
-        quantities = [role for role in ROLES if getattr(self, role) is not None]
-        size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(quantities)}"
-        return f"Log({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"
 
 
 @dataclass(frozen=True, eq=False)

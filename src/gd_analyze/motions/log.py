@@ -1,4 +1,4 @@
-"""From a table and the choice of its columns to a log in SI: units, time, corrupt rows, corrections."""
+"""The log of a motion in SI units, and how a table becomes one: units, time, corrupt rows, corrections."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
-from gd_analyze.motions.columns import Choice
+from gd_analyze.motions.columns import Choice, ColumnUse
 from gd_analyze.motions.families import SAMPLE, TimeColumns
-from gd_analyze.motions.logged import ColumnUse, Log
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.sampling import SAMPLING, longest_step
 from gd_analyze.motions.table import Columns, LogTable, Stamps
@@ -66,6 +65,32 @@ class StraySettings:
 
 TIME_UNIT = TimeUnitSettings()
 STRAY = StraySettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """The columns of an arm's motion, in SI units and in the order of the joints, untreated."""
+
+    time: FloatArray  # s, shape (N,); in a log instants may repeat, jump or leave gaps
+    q: FloatArray  # joint variables, rad (m), shape (N, n); nan where a cell is empty
+    # Velocities, accelerations and torques at the joints, same shape; None if missing
+    qd: FloatArray | None
+    qdd: FloatArray | None
+    torque: FloatArray | None
+    measured: bool  # whether these are readings of sensors; a plan otherwise
+    columns: tuple[ColumnUse, ...] = ()  # how every column was understood
+    # Short identifier, and where it was read
+    name: str = "log"
+    origin: str = ""
+    # For a file of set points, whose rows are used unchanged: the rows, from 0, before which it states a gap.
+    # None for any other log
+    gaps: tuple[int, ...] | None = None
+    judged: bool = False  # whether `measured` follows from names alone, so that the numbers may contradict it
+
+    def __repr__(self) -> str:
+        quantities = [role for role in ROLES if getattr(self, role) is not None]
+        size = f"{self.q.shape[1]} joints, {len(self.time)} rows of {', '.join(quantities)}"
+        return f"Log({self.name!r}, {size}, {'readings' if self.measured else 'a plan'})"
 
 
 def log_of(
