@@ -42,6 +42,15 @@ class _Limit:
 _LIMIT = _Limit()
 
 
+def begin_with_one_thread() -> None:
+    """Let libraries that this process has not loaded yet begin with one thread, unless the user chose a number.
+
+    A process of our own then limits none, for which it would have to load all of them first.
+    """
+    if not _VARIABLES & set(os.environ):
+        os.environ.update(dict.fromkeys(_VARIABLES, "1"))
+
+
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Let libraries of linear algebra run one thread, unless the environment states their number.

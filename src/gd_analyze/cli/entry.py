@@ -22,6 +22,7 @@ from gd_analyze.cli.main_job import analyze
 from gd_analyze.cli.terminal import tell
 from gd_analyze.errors import GdAnalyzeError, StorageError, UsageError
 from gd_analyze.text import visible
+from gd_analyze.threads import begin_with_one_thread
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 # Errors of the input, whatever state the system is in: no file can have that name.
@@ -143,6 +144,7 @@ def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
 
 def _behave_as_a_process() -> None:
     """Settle what concerns the whole process, not a call from Python."""
+    begin_with_one_thread()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A terminal that cannot show a sign shows a question mark, and nothing breaks.
