@@ -145,6 +145,7 @@ def puma_model(puma) -> gd.types.SimplifiedModel:
     )
 
 
+@pytest.mark.slow
 def test_it_is_tight_the_same_every_time_and_tighter_with_effort(puma, puma_model):
     certificate, again = (
         gd.certify(puma_model),

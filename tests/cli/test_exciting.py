@@ -28,6 +28,7 @@ def test_an_exciting_motion_is_written_with_its_command(run, here):
     assert told["knot_times"] == [0.0, 5.0]
 
 
+@pytest.mark.slow
 def test_an_exciting_motion_on_standard_output(run):
     lines = run(f"{SHORT} --points 21").out.splitlines()
     assert lines[0] == f"# gd-analyze {SHORT} --points 21"

@@ -68,7 +68,10 @@ def test_any_arm_becomes_toml(run, here):
 LOCKS = "--lock left_finger=0 --lock right_finger=10mm"
 
 
-@pytest.mark.parametrize("picked", [LOCKS, "--tip lower --gravity 0,0,-1.6 --drive-inertia 0.1,0.2"])
+TIP = "--tip lower --gravity 0,0,-1.6 --drive-inertia 0.1,0.2"
+
+
+@pytest.mark.parametrize("picked", [LOCKS, TIP])
 @pytest.mark.parametrize(
     "verb",
     [

@@ -73,14 +73,14 @@ def test_the_exact_equations_of_two_rods(run):
 
 
 def test_states_drives_refit_and_effort(run):
-    words = "simplify puma560 --drives --level energy --states 100 --seed 3 --at-set-points"
+    words = "simplify puma560 --drives --level energy --states 30 --seed 3 --at-set-points --budget 10%"
     result, found = run(words), run(f"{words} --json").json
-    assert "100 states" in result.words
+    assert "30 states" in result.words
     assert (found["fitted_on"]["seed"], found["drives"], found["refitted"]) == (3, True, False)
     for row in found["joints"]:
         assert row["certified"] is None
         assert 0 <= row["rms_error"] <= row["largest_error"] <= row["allowed_error"]
-        assert row["allowed_error"] == pytest.approx(0.01 * row["peak_torque"], rel=1e-14)
+        assert row["allowed_error"] == pytest.approx(0.1 * row["peak_torque"], rel=1e-14)
     refitted = run(f"{words} --refit --json").json
     assert refitted["operations"]["total"] <= found["operations"]["total"]
     # A refit goes on from where the search without one ends; terms are written in fewer operations last.
@@ -90,7 +90,8 @@ def test_states_drives_refit_and_effort(run):
 
 def test_payload_links_alone_and_so_many_operations(run):
     assert run(f"{TWO} --payload 1,0,0,0 --json").json["arm"] == "two_link+1kg"
-    assert run(f"{PUMA} --no-drives --budget 5% --level term --json").json["drives"] is False
+    words = "simplify puma560 --no-drives --budget 10% --level term --states 30 --at-set-points --json"
+    assert run(words).json["drives"] is False
     asked = run(f"{TWO} --operations 12 --json").json
     assert asked["operations"]["total"] <= 12
     loose = run(f"{TWO} --operations 1000 --json").json
@@ -98,7 +99,7 @@ def test_payload_links_alone_and_so_many_operations(run):
 
 
 def test_budgets_beside_friction_and_in_torque(run):
-    quick = f"{PUMA} --at-set-points --level term"
+    quick = "simplify puma560 --states 30 --at-set-points --level term"
     words = (*quick.split(), "--budget", "1% or 10% friction")
     found = run(*words, "--json").json
     assert (found["budget"], found["notices"]) == ("1% or 10% friction", [])

@@ -13,6 +13,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.files import RESULT_FILES
+from long_cases import long
 
 LONG = "a" * 300
 COMPUTING = {
@@ -118,7 +119,7 @@ def content(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-@pytest.mark.parametrize("formats", ["h5", "csv", "csv,pdf"])
+@pytest.mark.parametrize("formats", ["h5", long("csv"), long("csv,pdf")])
 def test_a_disk_that_fills_up(run, motion, here, formats):
     """The last file fails: none of the others is replaced."""
     words = f"{RUN} --overwrite --format {formats} --budget"

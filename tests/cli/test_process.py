@@ -280,11 +280,11 @@ def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion
     assert told[:2] == ([] if quiet else ["reading", "decomposing"])
     assert told[-1:] == ([] if quiet else ["writing json"])
     assert "\x1b" not in done.err
-    assert process("two_link gentle.csv --format json --overwrite").err == ""
+    assert process("rank two_link gentle.csv").err == ""
 
 
 @POSIX
-@pytest.mark.parametrize("terminal", [False, True])
+@pytest.mark.parametrize("terminal", [False, long(True)])
 def test_long_work_tells_its_warnings_while_it_lasts(on_terminal, process, here, terminal):
     """A wrong unit is known in a second, a search may take minutes: one need not wait for its end."""
     rows = "".join(f"{0.1 * k},{0.3 * k * k},{0.02 * k}\n" for k in range(31))

@@ -36,6 +36,7 @@ def assert_same(model: gd.types.SimplifiedModel, other: gd.types.SimplifiedModel
     assert bounds == other_bounds
 
 
+@pytest.mark.slow
 def test_near_pick_and_place_the_puma_takes_the_same_number_of_operations(command, puma, pick_and_place):
     model = gd.simplify(puma, pick_and_place)
     assert_same(model, command("puma560 pick-and-place"))

@@ -27,6 +27,7 @@ from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.errors import UsageError
+from long_cases import long
 from recordings import readings
 from robot_files import two_joints
 
@@ -87,10 +88,10 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
 @pytest.mark.parametrize(
     ("kind", "option"),
     [
-        ("torque sign", "--torque-sign"), ("one torque sign", "--torque-sign"),
+        ("torque sign", "--torque-sign"), long("one torque sign", "--torque-sign"),
         ("direction", "--position-sign"),
-        ("scale", "--torque-constant"), ("zero", "--offset"), ("coupled", "--couple"), ("lag", "--lag"),
-        ("exchanged", "--map"), ("time", "--time-unit"),
+        ("scale", "--torque-constant"), ("zero", "--offset"), long("coupled", "--couple"), ("lag", "--lag"),
+        long("exchanged", "--map"), ("time", "--time-unit"),
     ],
 )  # fmt: skip
 def test_the_option_mends_the_log(kind, option, good, tmp_path):
@@ -131,6 +132,7 @@ def test_joints_of_a_wrist_that_move_each_other(puma, tmp_path):
     assert said(log, *found["remedy"].split(), arm="puma560")["cause"] is None
 
 
+@pytest.mark.slow
 def test_velocity_columns_tell_the_unit_of_time(robot, good, tmp_path):
     """With them a pace that is no known unit is found, and without a wrong one it is not looked for."""
     time, q, torque = good
@@ -246,6 +248,7 @@ def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
     assert "links" not in answer(own)
 
 
+@pytest.mark.slow
 def test_another_mounting(robot, two_link):
     """An arm that hangs from the ceiling, and one that compensates its gravity."""
     for made, wanted in ((ceiling, -two_link.gravity), (compensated, np.zeros(3))):

@@ -20,6 +20,7 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.results.run_result import run_headline
 from gd_analyze.studies.steps import collect, read, set_points
 from gd_analyze.studies.steps.set_points import LongMotion
+from long_cases import long
 
 LONG = MOST_KEPT + CHUNK + 17
 SETTINGS = gd.types.Settings(level="element", budget="20%")
@@ -95,7 +96,9 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
     assert run_headline(long_findings) == run_headline(kept)
 
 
-@pytest.mark.parametrize(("level", "at_set_points"), [("element", False), ("term", True), ("term", False)])
+@pytest.mark.parametrize(
+    ("level", "at_set_points"), [long("element", False), long("term", True), ("term", False)]
+)
 def test_the_budget_holds_where_the_first_search_did_not_look(
     two_link, long_swing, level, at_set_points, monkeypatch, tmp_path
 ):

@@ -13,6 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.tables import decompose_states, simulate
 from gd_analyze.types import Drivetrain, Integration, Joint, Link, Placement, RobotArm, Simulation, States
+from long_cases import long
 from strategies import arms_with_states, examples
 
 DRIVEN, NO_DRIVES = Drivetrain(inertia=True), Drivetrain()
@@ -65,7 +66,7 @@ def energy_bound(arm: RobotArm, simulation: Simulation, *, drives: bool = False)
 # line up; with the drives' inertia, as in the real arm, it takes half as many steps.
 @pytest.mark.parametrize(
     ("name", "duration", "drivetrain"),
-    [("puma560", 0.5, DRIVEN), ("puma560", 0.2, NO_DRIVES), ("stanford", 0.5, NO_DRIVES)],
+    [("puma560", 0.5, DRIVEN), long("puma560", 0.2, NO_DRIVES), long("stanford", 0.5, NO_DRIVES)],
 )
 def test_energy_is_conserved_without_torque_and_friction(name, duration, drivetrain):
     arm = load_arm(name)
@@ -115,7 +116,7 @@ def period(swing: float) -> float:
     return 4 * np.sqrt(LENGTH / GRAVITY) * ellipk(np.sin(swing / 2) ** 2)
 
 
-@pytest.mark.parametrize("swing", [0.1, 2.5, 3.1])
+@pytest.mark.parametrize("swing", [0.1, 2.5, long(3.1)])
 def test_a_pendulum_keeps_its_exact_period(swing):
     turns = 2
     how = Integration(4 * turns + 1)

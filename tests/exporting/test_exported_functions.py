@@ -30,14 +30,15 @@ from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.types import ExactDynamics, Placement
-from long_cases import long_but
+from long_cases import long, long_but
 from made_models import ROUND_OFF
 from rounded_programs import PAYLOAD, given_of, slope
 from strategies import random_inertia
 
 # Functions beside the torque of six joints take seconds to derive: an arm of two revolute joints and one with
 # a slide show the same.
-ARMS = long_but(("two_link", "scara"), (*LINKS, "scara"))
+ARM_NAMES = (*LINKS, "scara")
+ARMS = long_but(("two_link", "scara"), ARM_NAMES)
 TWO_LINK_MODELS = [case for case in MODELS if case.startswith("two_link")]
 
 
@@ -133,7 +134,7 @@ def test_further_functions_of_a_model_are_of_its_own_torque(case):
         assert np.abs(skew + skew.swapaxes(1, 2)).max() <= 1e-7 * max(1.0, np.abs(later).max())
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", long_but(("two_link",), ARM_NAMES))
 def test_a_payload_adds_what_an_arm_that_carries_it_needs_more(name):
     """In the frame of the tip, where the arm has one, else in that of the last link."""
     plain = gd.load_arm(name)
@@ -210,7 +211,7 @@ def inputs_with(drawn, numbers):
 
 
 @pytest.mark.parametrize("level", HARMONIC_LEVELS)
-@pytest.mark.parametrize("name", ["two_link", "scara"])
+@pytest.mark.parametrize("name", ["two_link", long("scara")])
 def test_all_terms_of_a_model_with_other_parameters_are_another_arm(name, level):
     """Pinocchio knows nothing of terms; an arm of random bodies has all that the geometry allows."""
     rng = np.random.default_rng(5)

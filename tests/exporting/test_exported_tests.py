@@ -72,7 +72,7 @@ def test_a_changed_number_is_noticed(language, case, tmp_path):
         pytest.param("matlab", marks=needs("octave")),
     ],
 )
-@pytest.mark.parametrize("case", ["two_link", "two_link term"])
+@pytest.mark.parametrize("case", [long("two_link"), "two_link term"])
 def test_regressor_and_parameters_pass_their_own_test(language, case, tmp_path):
     """Of exact dynamics and of a model; a wrong expected number of either function is noticed."""
     what = subject(case).with_functions(OF_PARAMETERS)

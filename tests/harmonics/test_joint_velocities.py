@@ -12,6 +12,7 @@ import gd_analyze as gd
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.simplification.exact import ExactForm
+from long_cases import long
 from strategies import arms, examples, random_states
 
 
@@ -46,7 +47,7 @@ def test_torques_are_the_same(arm):
     assert np.abs(here - there).max() <= 1e-13 * size.max()
 
 
-@pytest.mark.parametrize("level", ["term", "energy"])
+@pytest.mark.parametrize("level", [long("term"), "energy"])
 def test_equations_by_element_are_the_model(puma, level):
     model = gd.simplify(puma, "pick-and-place", level=level, sine_price=0)
     own, states = model.form.velocities.in_joint_velocities(model.torques), gd.tables.states_in_box(puma, 50)

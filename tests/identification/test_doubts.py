@@ -71,7 +71,8 @@ def test_a_sound_log_raises_no_doubt_and_improves_the_file(puma, true, sound):
     assert [len(row) for row in page.iter("tr")] == [5] * (1 + puma.n)
 
 
-@pytest.mark.parametrize("factor", [1000.0, long(100.0), long(0.01)])
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [1000.0, 100.0, 0.01])
 def test_torques_in_another_unit_are_refused(puma, sound, factor):
     with pytest.raises(UsageError, match="friction") as caught:
         quietly(puma, with_torque(sound, factor * sound.recording.torque))
@@ -121,7 +122,8 @@ def test_times_that_are_ten_times_too_long(puma, true, states):
     assert found.doubts or error_of(found.arm, true) < 1.2 * error_of(puma, true)
 
 
-@pytest.mark.parametrize("seed", [0, long(1), long(2)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_log_of_tiny_motions_is_no_worse_than_the_file(puma, seed):
     """What 2 % of a motion does not tell keeps the file's values: judged by the truth, not by residuals."""
     true = TrueArm.near(puma, 40 + seed)
@@ -145,6 +147,7 @@ def test_a_right_file_stays_at_every_joint(puma, states):
     assert "stay" in headline(found)
 
 
+@pytest.mark.slow
 def test_joints_that_do_not_improve_have_the_files_torque(puma, true, states, sound):
     """A column of noise at joint 5: its torque is the file's, and the others are as good as without."""
     torque = sound.recording.torque.copy()

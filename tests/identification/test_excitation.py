@@ -184,6 +184,7 @@ def test_a_box_that_is_none(lower, upper):
         Workspace(lower, upper)
 
 
+@pytest.mark.slow
 def test_the_same_seed_plans_the_same_motion(two_link):
     made = [exciting_motion(two_link, DURATION, 11, seed=seed) for seed in (4, 4, 5)]
     one, again, other = (each.trajectory.q for each in made)
@@ -200,6 +201,7 @@ def test_set_points_are_those_of_the_same_series(two_link):
     assert np.abs(states_of(few) - states_of(many)[:, :, ::10]).max() <= 25 * EPS * 100.0
 
 
+@pytest.mark.slow
 def test_a_long_motion_repeats_a_shorter_one(two_link):
     # Accelerations of 10 and 15 rad/s^2 at velocities of 3 and 4 rad/s belong to 0.56 Hz, 39 periods in 70 s:
     # three times twelve harmonics.
@@ -227,6 +229,7 @@ def test_impossible_schedules(two_link, duration, count):
         exciting_motion(two_link, duration, count)
 
 
+@pytest.mark.slow
 def test_drives_can_give_its_torque(two_link):
     """As large as the torque limits allow; a warning where even the arm's weight is too much."""
     limits = np.array([45.0, 10.0])

@@ -133,6 +133,7 @@ def test_a_seed_gives_the_same_again_and_another_does_not():
     assert other != first
 
 
+@pytest.mark.slow
 def test_level_fast_holds_near_a_motion(monkeypatch, two_link, swing):
     """From the arm to the proof, with few tries of the kernels uncompiled."""
     sizes = uncompiled.search.SearchSizes(active=60, few=12, watched=300)

@@ -26,6 +26,7 @@ from page_reader import Page
 from report_cases import HOSTILE, made_findings
 
 EIGHT: list[JointKind] = [*("prismatic",) * 5, *("revolute",) * 3]
+LONG_EDGES = ("eight joints", "ten prismatic joints")
 EDGES = {
     "one joint": lambda: made_findings(["revolute"]),
     "one prismatic joint": lambda: made_findings(["prismatic"]),
@@ -98,7 +99,7 @@ def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
 
 @pytest.mark.parametrize(
     "make",
-    [long(make) if name == "eight joints" else make for name, make in EDGES.items()],
+    [long(make) if name in LONG_EDGES else make for name, make in EDGES.items()],
     ids=EDGES,
 )
 def test_any_arm_has_a_page_and_a_pdf(make: Callable[[], Findings]) -> None:

@@ -95,6 +95,7 @@ def test_the_budget_holds_near_the_motion(puma_findings):
     assert headline.endswith("(proven).")
 
 
+@pytest.mark.slow
 def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
     found = find(puma, pick_and_place, Settings(drives=True, at_set_points=True, level="term"))
     allowed = puma_findings.model.accuracy.allowed

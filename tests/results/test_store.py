@@ -34,7 +34,7 @@ def test_round_trip_is_exact(stored, puma_findings):
         assert read.attrs[name] == attribute, name
 
 
-@pytest.mark.parametrize("which", ["puma_findings", "everything_found"])
+@pytest.mark.parametrize("which", [long("puma_findings"), "everything_found"])
 def test_findings_come_back(which, request, tmp_path):
     """What is read makes the same files again, byte by byte."""
     found = request.getfixturevalue(which)

@@ -138,6 +138,7 @@ def test_a_model_that_misses_its_budget_is_not_given_out(two_link, swing_dataset
         simplify(two_link, swing_dataset, "60%")
 
 
+@pytest.mark.slow
 def test_puma_with_drives_within_one_percent_at_its_states(puma):
     """The hand-made model of 1986 takes 305 operations."""
     states = states_in_box(puma)

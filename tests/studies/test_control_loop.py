@@ -119,6 +119,7 @@ def test_the_error_grows_with_the_models_and_with_a_payload_nobody_knows_of(swin
     assert worst(loaded, loop) > 10 * worst(swing_world, loop)
 
 
+@pytest.mark.slow
 def test_a_loop_is_the_same_alone_and_in_any_company(swing_world):
     loops = [
         Loop(c, rate, speed) for speed in (1.0, 2.0) for rate in (CONTINUOUS, 100.0) for c in CONTROLLERS

@@ -138,6 +138,7 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
     assert "model" not in said
 
 
+@pytest.mark.slow
 def test_fixed_gains_of_a_slow_loop(swing_model, swing):
     """Half above the rate named they still track, and a third below it they do not."""
     settings = gd.types.ControlSettings(rates=(1000.0,), speeds=(1.0,))

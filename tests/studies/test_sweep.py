@@ -103,6 +103,7 @@ def test_points_are_what_decompose_and_rank_say_of_each_arm(name, vary, drives):
         assert at.verdict.values[len(labels) :].tolist() == expected
 
 
+@pytest.mark.slow
 def test_the_shoulder_to_elbow_length_of_the_puma(puma, pick_and_place):
     """Three verdicts change with a2; where, root finding on what `rank` measures says as well."""
     found = gd.sweep(puma, pick_and_place, PUMA_A2, operations="none")
@@ -271,6 +272,7 @@ def test_an_arm_that_cannot_be_is_refused_with_the_value(puma, pick_and_place, v
     assert found in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_payload_and_a_placed_arm_can_be_swept(pick_and_place, puma):
     carrying = with_payload(puma, 2.0, [0.0, 0.0, 0.1])
     found = gd.sweep(carrying, pick_and_place, "joint2.a=0.3..0.5:2", operations="none")
