@@ -11,20 +11,18 @@ import gd_analyze as gd
 from changed_programs import skip_searches
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import THOROUGH
 from gd_analyze.studies.comparison import comparison
-from gd_analyze.studies.main_job import find
-from gd_analyze.types import LEVELS, Box, ExactDynamics, Settings
+from gd_analyze.types import LEVELS, Box, ExactDynamics, ExactForm, Settings
 from long_cases import long
 
 
 @pytest.fixture(scope="module")
 def findings(two_link, swing):
-    return find(two_link, swing, Settings(budget=gd.types.Budget.parse("5%")))
+    return gd.analyze(two_link, swing, settings=Settings(budget=gd.types.Budget.parse("5%")))
 
 
 def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatch):
@@ -64,7 +62,7 @@ SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.types.Budget.
     ],
 )
 def test_the_budget_path_leads_through_the_model(arm, motion, settings):
-    found = find(gd.load_arm(arm), motion, settings)
+    found = gd.analyze(gd.load_arm(arm), motion, settings=settings)
     assert settings.operations is None or found.model.operations.total <= settings.operations
     model = found.model
     budgets = found.tables["budgets"]

@@ -14,9 +14,8 @@ from changed_programs import skip_searches
 from gd_analyze import load_model, save_model
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.files import RESULT_FILES
-from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
-from gd_analyze.types import ExactDynamics, RobotArm, Settings
+from gd_analyze.types import ExactDynamics, RobotArm
 from long_cases import long_but
 from parallel_axes import arm_of, scara
 from recordings import swinging
@@ -38,7 +37,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     motion = swinging(arm, 25)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
-        findings = find(arm, motion)
+        findings = gd.analyze(arm, motion)
         write_findings(findings, folder, tuple(RESULT_FILES))
         stored = gd.load_findings(folder / RESULT_FILES["h5"])
         model = load_model(folder / RESULT_FILES["json"])
@@ -96,7 +95,7 @@ def test_a_program_too_long_to_be_written_out_is_tried_at_states(tmp_path):
 def test_dominant_parts_too_long_to_be_written_out_are_not_proven():
     """Of seven general joints, single terms are ranked, but the parts of elements have no sum of terms."""
     arm = arm_of(["askew"] * 7, np.random.default_rng(4))
-    findings = find(arm, swinging(arm, 25), Settings(level="element", dominance=0.4))
+    findings = gd.analyze(arm, swinging(arm, 25), level="element", dominance=0.4)
     assert not findings.model.is_exact
     assert findings.tables["tube"].tube_certified.isnull().all()
     assert "too long" in findings.tables["tube"].attrs["note"]

@@ -21,6 +21,7 @@ from .motions.read import read_trajectory as read_trajectory
 from .motions.trajectory import Trajectory as Trajectory
 from .motions.trajectory import write_trajectory as write_trajectory
 from .results.store import load_findings as load_findings
+from .robots.arm_toml import save_arm as save_arm
 from .robots.catalogue import builtin_arms as builtin_arms
 from .robots.catalogue import load_arm as load_arm
 from .simplification.model_file import load_model as load_model

@@ -1,4 +1,4 @@
-"""Steps between the jobs: states, verdicts over time, parameters, terms, and the results file."""
+"""Steps between the jobs: states, payloads, verdicts over time, parameters, terms, and the results file."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from gd_analyze.dynamics.torque_uncertainty import torque_uncertainty
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.states import states_in_box, states_of
 from gd_analyze.results.store import load_results, save_results
+from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.term_ranking import rank_terms
 
@@ -35,4 +36,5 @@ __all__ = [
     "text_verdicts",
     "torque_uncertainty",
     "verdicts",
+    "with_payload",
 ]

@@ -43,7 +43,7 @@ _LIMIT = _Limit()
 
 
 def begin_with_one_thread() -> None:
-    """Let libraries that this process has not loaded yet begin with one thread, unless the user chose a number.
+    """Let libraries that this process has yet to load begin with one thread, unless the user chose a number.
 
     A process of our own then limits none, for which it would have to load all of them first.
     """

@@ -12,13 +12,16 @@ from gd_analyze.dynamics.simulation import Integration, Simulation
 from gd_analyze.exporting.export import Exported
 from gd_analyze.identification.excitation import Workspace
 from gd_analyze.identification.identification import Identification
+from gd_analyze.motions.log import Log
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.reading import Reading, Treatment
+from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.states import States
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
@@ -41,15 +44,18 @@ __all__ = [
     "Drivetrain",
     "Evaluation",
     "ExactDynamics",
+    "ExactForm",
     "Exported",
     "Findings",
     "Identification",
     "Integration",
     "Joint",
     "Link",
+    "Log",
     "Margin",
     "Placement",
     "Reading",
+    "Recording",
     "RobotArm",
     "Settings",
     "SimplifiedModel",

@@ -12,7 +12,6 @@ import gd_analyze as gd
 from gd_analyze import builtin_arms
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
 from gd_analyze.motions.formats import shipped_trajectories
-from gd_analyze.studies.main_job import find
 
 ROBOT, MOTION = "two_link", "two-link-swing"
 
@@ -38,7 +37,7 @@ def test_the_main_job_by_names_and_options_into_a_folder(two_link, swing, tmp_pa
     folder = tmp_path / "results"
     found = gd.analyze(ROBOT, MOTION, folder, formats=("json", "csv"), budget="5%", margin="5deg")
     settings = gd.types.Settings(budget=gd.types.Budget.parse("5%"), margin=gd.types.Margin.parse("5deg"))
-    assert found.provenance["run"] == find(two_link, swing, settings).provenance["run"]
+    assert found.provenance["run"] == gd.analyze(two_link, swing, settings=settings).provenance["run"]
     assert sorted(path.name for path in folder.iterdir()) == ["dominance.csv", "model.json"]
     assert gd.load_model(folder / "model.json").torques == found.model.torques
     with pytest.raises(OutputError, match="another run"):
@@ -99,7 +98,7 @@ def test_names_of_others_are_escaped(two_link, swing):
     joints = (dataclasses.replace(two_link.joints[0], name=script), two_link.joints[1])
     arm = dataclasses.replace(two_link, name=script, title=f"{script} & co", joints=joints)
     motion = dataclasses.replace(swing, name=script)
-    findings = find(arm, motion)
+    findings = gd.analyze(arm, motion)
     for value in (arm, motion, findings, findings.model, gd.evaluate(findings.model, motion)):
         page = ElementTree.fromstring(f"<p>{value._repr_html_()}</p>")
         assert script in "".join(page.itertext())

@@ -12,7 +12,6 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, OutputError
 from gd_analyze.files import RESULT_FILES, mark_in, require_one_run
-from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
 
 EVERY = sorted(RESULT_FILES.values())
@@ -20,7 +19,7 @@ EVERY = sorted(RESULT_FILES.values())
 
 @pytest.fixture(scope="module")
 def other_budget(two_link, swing):
-    return find(two_link, swing, gd.types.Settings(budget="30%"))
+    return gd.analyze(two_link, swing, budget="30%")
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +57,13 @@ def test_every_file_carries_the_mark(folder, swing_findings):
 def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings, other_budget):
     heavy = dataclasses.replace(two_link, gravity=two_link.gravity * 1.001)
     named = dataclasses.replace(swing, name="other")
-    by_link = find(two_link, swing, gd.types.Settings(by_link=True))
-    every = [other_budget, by_link, find(two_link, named), swing_findings, find(heavy, swing)]
+    by_link = gd.analyze(two_link, swing, by_link=True)
+    every = [other_budget, by_link, gd.analyze(two_link, named), swing_findings, gd.analyze(heavy, swing)]
     marks = [mark(findings) for findings in every]
     assert len(set(marks)) == len(marks)
     # The first part is of what was asked for: names and options.
     assert len({found.split("-")[1] for found in marks}) == len(marks) - 1
-    assert mark(find(two_link, swing)) == mark(swing_findings)
+    assert mark(gd.analyze(two_link, swing)) == mark(swing_findings)
 
 
 @pytest.mark.parametrize("name", ["analysis.h5", "model.json", "report.pdf"])

@@ -11,7 +11,6 @@ import pytest
 import gd_analyze as gd
 from few_tries import few_tries
 from gd_analyze.schema import GROUPS
-from gd_analyze.studies.main_job import find
 from gd_analyze.types import Drive
 from parallel_axes import arm_of
 from recordings import swinging
@@ -30,7 +29,7 @@ def mixed_findings():
     arm = arm_of(["askew", "same", "slides"], np.random.default_rng(1))
     arm = dataclasses.replace(arm, drives=tuple(map(Drive, (0.1, 0.2, 0.3))))
     motion = swinging(arm, 9)
-    return find(arm, motion, gd.types.Settings(drives=True, by_link=True, terms=True))
+    return gd.analyze(arm, motion, drives=True, by_link=True, terms=True)
 
 
 def units_of_rows(table, array) -> list[str]:

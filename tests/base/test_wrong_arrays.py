@@ -11,8 +11,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.errors import ArmError, GdAnalyzeError, ModelError, TrajectoryError, UsageError
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.studies.main_job import find
+from gd_analyze.tables import with_payload
 
 FINE = np.zeros((3, 6))
 
@@ -57,8 +56,8 @@ def calls(puma, pick_and_place, two_link, swing) -> list[tuple[Any, type[GdAnaly
         (lambda x: gd.rank(dataset, budget=x), UsageError, "a scalar"),
         (lambda x: kinetic_energy(puma, x, FINE), UsageError, ""),
         (lambda x: joint_accelerations(puma, x, FINE, FINE), UsageError, ""),
-        (lambda x: find(x, pick_and_place), ArmError, ""),
-        (lambda x: find(puma, x), TrajectoryError, ""),
+        (lambda x: gd.analyze(x, pick_and_place), ArmError, ""),
+        (lambda x: gd.analyze(puma, x), TrajectoryError, ""),
         (lambda x: gd.simplify(two_link, x, effort=0.01), TrajectoryError, "nothing"),
         (lambda x: gd.evaluate(model, x), TrajectoryError, ""),
         (lambda x: gd.certify(small, x), UsageError, "nothing"),

@@ -19,8 +19,8 @@ from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.types import ExactForm
 from made_models import exact_model
 from parallel_axes import arm_of
 from strategies import arms, examples, two_link_of

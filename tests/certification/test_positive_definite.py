@@ -15,9 +15,9 @@ from gd_analyze.certification import positive_definite as module
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.types import ExactForm
 from long_cases import long
 from made_models import exact_model, model_of
 from recordings import swinging

@@ -11,7 +11,6 @@ import pytest
 
 import gd_analyze as gd
 from chains import generic_chain
-from gd_analyze.robots.arm_toml import toml_of
 from made_models import signed
 from parallel_axes import arm_of
 from robot_files import fingers, two_joints
@@ -215,6 +214,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "diagnose two_link nowhere.csv": ("nowhere.csv",),
     "diagnose puma560 t.csv": ("t.csv, line 1", "q1, q2"),
     "diagnose two_link rest.csv --measured": ("error: arm two_link", "--exciting"),
+    "identify two_link t.csv --measured -o arm.urdf": ("error: arm.urdf", ".toml"),
     "diagnose massless.toml t.csv --measured": ("error: arm own", "masses", "gd-analyze identify"),
     "diagnose two_link t.csv --torque-sign 1,2": ("--torque-sign", "1 or -1"),
     "diagnose two_link t.csv --position-sign 1,1,1": ("--position-sign", "found: 3"),
@@ -357,7 +357,7 @@ def test_a_file_name_does_not_act(run, here, model):
 
 @pytest.mark.parametrize("n", [10, 12, 70])
 def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
-    (here / "chain.toml").write_text(toml_of(generic_chain(n)))
+    gd.save_arm(generic_chain(n), here / "chain.toml")
     result = run("equations chain.toml")
     assert (result.code, result.out) == (2, "")
     assert f"{n} joints" in result.err
@@ -380,7 +380,7 @@ def test_without_numba_it_is_said_how_to_install_it(run, here, listing, monkeypa
 
 @pytest.mark.slow
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
-    (here / "own.toml").write_text(toml_of(arm_of(["askew"] * 7, rng)))
+    gd.save_arm(arm_of(["askew"] * 7, rng), here / "own.toml")
     result = run("rank own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "60000" in result.err

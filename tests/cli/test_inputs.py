@@ -17,7 +17,6 @@ from gd_analyze.cli.motions import PROFILE_NAMES
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import element_formula
 from gd_analyze.motions.profiles import PROFILES
-from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import fingerprint
 from long_cases import long
 from robot_files import TWO_ARMS, fingers, link, two_joints
@@ -382,7 +381,7 @@ def test_the_sympy_form_is_a_script(run):
 
 def test_outer_elements_of_an_arm_of_many_joints(run, here):
     """All of this arm's equations would take 19 GB."""
-    (here / "long.toml").write_text(toml_of(generic_chain(11)), encoding="utf-8")
+    gd.save_arm(generic_chain(11), here / "long.toml")
     assert run("equations long.toml --element D10,11 --quiet").out.startswith("D10,11 = ")
     refused = run("equations long.toml --element D1,2")
     assert refused.code == 2

@@ -18,7 +18,6 @@ from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
-from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.types import Drive
 from long_cases import long
 from recordings import swung
@@ -130,7 +129,7 @@ def test_what_is_stored_follows_the_options(run, motion):
 
 def test_drives_payloads_and_budgets_per_joint(run, motion):
     driven = replace(gd.load_arm("two_link"), drives=(Drive(0.2), Drive(0.1)))
-    Path("driven.toml").write_text(toml_of(driven), encoding="utf-8")
+    gd.save_arm(driven, "driven.toml")
     words = "driven.toml gentle.csv --level element --format json --json"
     with_drives, alone = run(words).json, run(f"{words} --no-drives --out alone").json
     assert (with_drives["drives"], alone["drives"]) == (True, False)

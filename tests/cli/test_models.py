@@ -13,10 +13,10 @@ import gd_analyze as gd
 from changed_programs import skip_searches
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.studies.control_result import control_result
+from gd_analyze.tables import with_payload
+from gd_analyze.types import ExactForm
 from long_cases import long
 from made_models import by_elements, model_of
 from recordings import recorded, swung

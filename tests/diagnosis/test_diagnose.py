@@ -263,7 +263,7 @@ def test_another_mounting(robot, two_link):
 
 def test_a_load_put_on(robot, two_link):
     """The instant of a change is told to half a second."""
-    from gd_analyze.robots.payload import with_payload
+    from gd_analyze.tables import with_payload
 
     loaded = robot.torque(with_payload(robot.arm, 0.8, np.array([0.1, 0.0, 0.0])))
     torque = robot.noisy(np.where((robot.time > 6.0)[:, None], loaded, robot.torque()))

@@ -14,8 +14,7 @@ import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.dynamics.friction import correlation_time
-from gd_analyze.motions.log import Log
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Log, RobotArm
 from recordings import CUTOFF, friction_of, recorded, swinging, with_torques
 from strategies import arms, examples
 

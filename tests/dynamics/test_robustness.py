@@ -13,8 +13,8 @@ import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.dynamics.robustness import Drawn, elements_per_unit
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.uncertainty import with_uncertainty
+from gd_analyze.tables import with_payload
 from gd_analyze.types import Joint, Link
 from strategies import arms_with_states, examples
 

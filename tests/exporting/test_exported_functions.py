@@ -23,13 +23,12 @@ from gd_analyze.harmonics.lagrangian import torques_of_energies
 from gd_analyze.harmonics.parameter_terms import energy_terms_of_parameters
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.simplification.torque_program import ROUGH
-from gd_analyze.types import ExactDynamics, Placement
+from gd_analyze.tables import with_payload
+from gd_analyze.types import ExactDynamics, ExactForm, Placement
 from long_cases import long, long_but
 from made_models import ROUND_OFF
 from rounded_programs import PAYLOAD, given_of, slope

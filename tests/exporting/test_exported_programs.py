@@ -17,7 +17,7 @@ from exported_cases import CASES, FEW, ODD, states, subject
 from few_tries import few_tries
 from gd_analyze.exporting.export import written
 from gd_analyze.exporting.export_input import ExportInput
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from long_cases import long, long_but
 from made_models import ROUND_OFF
 from rounded_programs import assert_same, evaluated, slope

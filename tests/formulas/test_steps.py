@@ -17,8 +17,7 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.types import States
+from gd_analyze.types import ExactForm, States
 from strategies import arms, examples, random_states
 
 EPS = float(np.finfo(float).eps)

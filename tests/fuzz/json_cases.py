@@ -19,9 +19,8 @@ from tree_changes import TREE_CHANGES
 from gd_analyze import load_arm, load_model, save_model, simplify
 from gd_analyze.operations.program import plain_program
 from gd_analyze.robots.description import arm_from_description, fingerprint
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import ROUGH
-from gd_analyze.types import LEVELS, SimplifiedModel
+from gd_analyze.types import LEVELS, ExactForm, SimplifiedModel
 from made_models import exact_model, signed
 from recordings import swung
 

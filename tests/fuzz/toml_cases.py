@@ -15,10 +15,9 @@ from changes import Stage, text_format
 from hostile_values import Raw
 from tree_changes import TREE_CHANGES
 
-from gd_analyze import load_arm
+from gd_analyze import load_arm, save_arm
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import data_folder
-from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
 from gd_analyze.tables import decompose_states, states_in_box
 from gd_analyze.types import RobotArm, States
@@ -159,7 +158,7 @@ def use(arm: RobotArm) -> None:
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading, or of limits that are not stated
         described = arm_from_description(describe_in_full(arm))
         path = Path(folder) / "written.toml"
-        path.write_text(toml_of(arm), encoding="utf-8")
+        save_arm(arm, path)
         written = load_arm(path)
         drawn = states_in_box(arm, 3)
     assert fingerprint(described) == fingerprint(arm), "another arm by its description"

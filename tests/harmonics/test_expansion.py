@@ -15,9 +15,8 @@ from gd_analyze.harmonics.expansion import Expansion, expanded, expansion_factor
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import COUNTING, ROUGH
-from gd_analyze.types import LEVELS, RobotArm
+from gd_analyze.types import LEVELS, ExactForm, RobotArm
 from strategies import arms, examples, random_states
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 import gd_analyze as gd
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from long_cases import long
 from strategies import arms, examples, random_states
 

@@ -9,8 +9,8 @@ from scipy.optimize import minimize
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.types import ExactForm
 from made_models import model_of
 
 

@@ -12,10 +12,9 @@ import pytest
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.fast_search import FastSearch, FastSettings
-from gd_analyze.types import Box, ExactDynamics, RobotArm, SimplifiedModel, States
+from gd_analyze.types import Box, ExactDynamics, ExactForm, RobotArm, SimplifiedModel, States
 from made_models import promising_nothing
 
 

@@ -13,9 +13,8 @@ import gd_analyze as gd
 from changed_programs import rounded
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast import FAST
-from gd_analyze.types import Joint, Link
+from gd_analyze.types import ExactForm, Joint, Link
 from made_models import exact_model, model_of, promising_nothing
 from strategies import random_states
 

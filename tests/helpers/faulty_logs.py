@@ -13,13 +13,12 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.motions.log import Log
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import arm_in
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.types import Link
+from gd_analyze.tables import with_payload
+from gd_analyze.types import Link, Log
 from logs_of_arms import fourier
 from published_arms import arm_of
 

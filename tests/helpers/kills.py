@@ -25,7 +25,6 @@ import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.files import RESULT_FILES, mark_in
 from gd_analyze.studies import study_files
-from gd_analyze.studies.main_job import find
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.types import Findings
 
@@ -93,7 +92,7 @@ def what_is_wrong(folder: Path) -> tuple[list[str], bool]:
 
 
 def main(folder: Path, number: int, seed: int) -> None:
-    runs = [find("two_link", "two-link-swing", gd.types.Settings(budget=budget)) for budget in ("1%", "30%")]
+    runs = [gd.analyze("two_link", "two-link-swing", budget=budget) for budget in ("1%", "30%")]
     render_once(runs)
     draw, turns = random.Random(seed), itertools.cycle(runs)
 

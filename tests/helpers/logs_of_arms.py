@@ -10,12 +10,11 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.identification.identified_arm import base_matrix
-from gd_analyze.motions.log import Log
-from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
+from gd_analyze.types import Log, Recording
 
 HARMONICS = 5
 

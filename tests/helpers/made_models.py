@@ -15,12 +15,11 @@ from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Allowance
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model_file import _digest
 from gd_analyze.simplification.torque_program import COUNTING, Effort
-from gd_analyze.types import Budget, ExactDynamics, RobotArm, SimplifiedModel, States
+from gd_analyze.types import Budget, ExactDynamics, ExactForm, RobotArm, SimplifiedModel, States
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
 # tests/harmonics); a torque sums some thousand terms of that size. Models that lack a term, or hold it with

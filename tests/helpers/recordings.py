@@ -12,10 +12,8 @@ from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.columns import ColumnUse
-from gd_analyze.motions.log import Log
-from gd_analyze.motions.smoothing import Recording
 from gd_analyze.tables import states_of
-from gd_analyze.types import RobotArm
+from gd_analyze.types import Log, Recording, RobotArm
 
 # Of the sines that a motion consists of, Hz.
 FREQUENCIES = np.array([0.23, 0.61, 1.4])

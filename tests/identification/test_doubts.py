@@ -18,9 +18,8 @@ from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.identification import Residuals
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.studies.identification_result import identification_result
-from gd_analyze.tables import states_in_box
+from gd_analyze.tables import states_in_box, with_payload
 from gd_analyze.types import Identification, States
 from logs_of_arms import TrueArm, fourier, with_torque
 from long_cases import long

@@ -18,8 +18,7 @@ from gd_analyze.identification.doubts import scale_error
 from gd_analyze.identification.identified_arm import base_matrix
 from gd_analyze.identification.rows import Unknowns, identification_rows
 from gd_analyze.robots.parts import pseudo_inertia
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.tables import states_in_box
+from gd_analyze.tables import states_in_box, with_payload
 from gd_analyze.types import Identification, States
 from logs_of_arms import TrueArm, fourier, with_torque
 from long_cases import long
@@ -246,16 +245,15 @@ def test_uncertainty_is_that_of_the_base_parameters(puma, found, motion):
 
 
 def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
-    from gd_analyze.robots.arm_toml import toml_of
     from gd_analyze.robots.description import arm_from_description, describe
 
-    (tmp_path / "arm.toml").write_text(toml_of(found.arm))
+    gd.save_arm(found.arm, tmp_path / "arm.toml")
     states = states_in_box(found.arm, 20)
     stated = gd.tables.torque_uncertainty(found.arm, states)
     for again in (gd.load_arm(tmp_path / "arm.toml"), arm_from_description(describe(found.arm))):
         np.testing.assert_array_equal(again.spread, found.arm.spread)
         np.testing.assert_array_equal(gd.tables.torque_uncertainty(again, states), stated)
-    broken = toml_of(found.arm).replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)
+    broken = (tmp_path / "arm.toml").read_text().replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)
     (tmp_path / "arm.toml").write_text(broken)
     with pytest.raises(gd.GdAnalyzeError, match="spread"):
         gd.load_arm(tmp_path / "arm.toml")

@@ -11,8 +11,7 @@ import pytest
 
 from gd_analyze import read_log
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.log import Log
-from gd_analyze.types import Joint, Link, Reading, RobotArm
+from gd_analyze.types import Joint, Link, Log, Reading, RobotArm
 from remedies import as_options, remedies, typed
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gd_analyze import Trajectory, pool, write_trajectory
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.pool import taken_apart, trajectory_of
-from gd_analyze.motions.smoothing import Recording
+from gd_analyze.types import Recording
 from recordings import swung
 
 

@@ -19,7 +19,7 @@ from gd_analyze import builtin_arms
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from random_programs import program_of, trees
 from strategies import arms, examples
 

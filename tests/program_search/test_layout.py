@@ -11,7 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Trace
 from gd_analyze.program_search.layout import Layout, Nodes
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from strategies import arms, examples, random_states
 from uncompiled import canonical, cost, guarded_layout, values_of
 

@@ -21,8 +21,8 @@ from gd_analyze.operations.program import Program, plain_program, program_inputs
 from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.program_search.layout import Layout, Nodes, copied
 from gd_analyze.simplification import fast_search
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.fast_search import FastSettings
+from gd_analyze.types import ExactForm
 from long_cases import long_but
 
 PRICE = 4.0

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gd_analyze as gd
 from browser import Tab, opened, started
 from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.motions.columns import ColumnUse
-from gd_analyze.motions.log import Log
 from gd_analyze.report.main_page import render_html
 from gd_analyze.studies.main_job import find
-from gd_analyze.types import Budget, Findings, RobotArm, Settings
+from gd_analyze.types import Budget, Findings, Log, RobotArm, Settings
 from page_reader import Page
 from recordings import Motion, swung
 
@@ -67,9 +67,9 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
 def by_level(two_link: RobotArm, swing: Trajectory) -> dict[str, Findings]:
     mechanical = Settings(budget=WIDE, level="energy", refit=True, at_set_points=True)
     return {
-        "element": find(two_link, swing, Settings(level="element")),
-        "energy": find(two_link, swing, mechanical),
-        "term": find(two_link, swing, Settings(level="term", operations=20)),
+        "element": gd.analyze(two_link, swing, level="element"),
+        "energy": gd.analyze(two_link, swing, settings=mechanical),
+        "term": gd.analyze(two_link, swing, level="term", operations=20),
     }
 
 
@@ -83,12 +83,12 @@ def recorded(two_link: RobotArm) -> Findings:
         ColumnUse("<b>temp</b>", "unused", why="no quantity of a joint"),
     )
     logged = Log(time, q, None, None, None, measured=True, columns=columns, name="log", origin="made")
-    return find(two_link, Trajectory.from_log(logged, two_link))
+    return gd.analyze(two_link, Trajectory.from_log(logged, two_link))
 
 
 @pytest.fixture(scope="session")
 def two_motions() -> Findings:
-    return find("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
+    return gd.analyze("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
 
 
 @pytest.fixture(scope="session")
@@ -97,4 +97,4 @@ def fast(two_link: RobotArm, swing: Trajectory) -> Findings:
     with pytest.MonkeyPatch.context() as patch:
         # This is about what is shown of a model, not how it is found.
         skip_searches(patch)
-        return find(two_link, swing, Settings(level="fast", budget=WIDE))
+        return gd.analyze(two_link, swing, level="fast", budget=WIDE)

@@ -14,7 +14,6 @@ from browser import NARROW, Tab, opened
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.main_page import render_html
 from gd_analyze.results.rows import budget_rows
-from gd_analyze.studies.main_job import find
 from gd_analyze.types import Findings
 
 WIDTHS = "[...document.querySelectorAll('.log .fill')].map((bar) => bar.clientWidth)"
@@ -132,7 +131,7 @@ def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:
 
 def test_shares_of_what_is_allowed_follow_the_slider(browser: Any, tmp_path: Path) -> None:
     file = tmp_path / "in_torque.html"
-    file.write_text(render_html(find("two_link", "two-link-swing", gd.types.Settings(budget="2"))), "utf-8")
+    file.write_text(render_html(gd.analyze("two_link", "two-link-swing", budget="2")), "utf-8")
     with opened(browser, file) as tab:
         for place in (0, 10, 20):
             tab.drag_budget(place)

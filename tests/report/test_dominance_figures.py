@@ -15,7 +15,6 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
 from gd_analyze.results.run_result import run_result
-from gd_analyze.studies.main_job import find
 from recordings import swung
 
 
@@ -79,14 +78,14 @@ def test_the_report_says_when_and_how_surely(puma_findings):
     found = gd.tables.robustness(puma_findings.arm, puma_findings.trajectory)
     assert rows["D15"]["probability"] == found.over_motion.sel(element="D15", verdict="both").item()
     assert rows["c2"]["probability"] is None
-    assert "robustness" not in find("two_link", "two-link-swing").tables
-    uncertain = find("two_link", "two-link-swing", gd.types.Settings(uncertainty="mass=5%", dominance=0.2))
+    assert "robustness" not in gd.analyze("two_link", "two-link-swing").tables
+    uncertain = gd.analyze("two_link", "two-link-swing", uncertainty="mass=5%", dominance=0.2)
     assert uncertain.tables["robustness"].attrs["threshold"] == uncertain.dominance.attrs["threshold"] == 0.2
 
 
 def test_gaps_between_motions_are_empty(two_link):
     motions = [swung(2.0, "slow"), swung(1.0, "fast"), swung(1.5, "last")]
-    findings = find(two_link, motions)
+    findings = gd.analyze(two_link, motions)
     (panel,) = dominance_figure(findings).panels
     cells = panel.items[0]
     time, gaps = findings.trajectory.time, list(findings.trajectory.gaps)

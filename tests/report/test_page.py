@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.html import page_of
@@ -19,8 +20,7 @@ from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.run_result import is_unreadable, run_result
 from gd_analyze.robots.parts import JointKind
-from gd_analyze.studies.main_job import find
-from gd_analyze.types import Findings, RobotArm, Settings
+from gd_analyze.types import Findings, RobotArm
 from long_cases import long
 from page_reader import Page
 from report_cases import HOSTILE, made_findings
@@ -92,7 +92,7 @@ def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page)
 
 
 def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
-    page = Page(render_html(find("two_link", "two-link-swing", Settings(budget="0.001%"))))
+    page = Page(render_html(gd.analyze("two_link", "two-link-swing", budget="0.001%")))
     assert "budget-slider" not in page.identifiers
     assert "would not save an operation" in words_of(page)
 
@@ -149,7 +149,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         # At 20 % seven terms exceed the budget alone, at 50 % two.
         for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_result"):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
-    findings = find(two_link, swing)
+    findings = gd.analyze(two_link, swing)
     assert is_unreadable(findings)
     assert "No readable model" in findings._repr_html_()
     assert findings.model.is_exact
@@ -163,7 +163,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         # A larger error helps where terms can be chosen at all.
         assert ("`--budget 50%`" in terminal) == (why != "too many in all")
     if why != "too many in all":  # and the one named works
-        wider = find(two_link, swing, Settings(budget="50%"))
+        wider = gd.analyze(two_link, swing, budget="50%")
         assert not is_unreadable(wider)
         assert len(wider.model.terms) <= 5
     assert "dominant parts" in words

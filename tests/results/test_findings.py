@@ -14,7 +14,6 @@ from gd_analyze.cache import without_cache
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
@@ -22,6 +21,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import POINT
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import default_folder
+from gd_analyze.tables import with_payload
 from gd_analyze.types import Settings
 from recordings import with_torques
 from strategies import names_in
@@ -58,7 +58,7 @@ def test_a_folder_or_a_format_that_cannot_be_writes_nothing(two_link, swing, blo
 
 @pytest.mark.slow
 def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
-    found = find(puma, pick_and_place, Settings(budget="5%", drives=True, christoffel=False, terms=True))
+    found = gd.analyze(puma, pick_and_place, budget="5%", drives=True, christoffel=False, terms=True)
     assert (found.model.accuracy.budget, found.model.drives) == ("5%", True)
     assert "christoffel" not in found.decomposition
     assert "coriolis_centrifugal_terms" in found.decomposition
@@ -70,7 +70,7 @@ def test_budget_and_options_reach_what_they_are_for(puma, pick_and_place):
 def test_an_arm_of_many_terms_has_a_fast_program(two_link, swing, monkeypatch) -> None:
     skip_searches(monkeypatch)
     monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
-    findings = find(two_link, swing, Settings(level="fast", budget="50%"))
+    findings = gd.analyze(two_link, swing, level="fast", budget="50%")
     model = findings.model
     assert model.level is FAST
     assert model.saves
@@ -97,7 +97,7 @@ def test_the_budget_holds_near_the_motion(puma_findings):
 
 @pytest.mark.slow
 def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
-    found = find(puma, pick_and_place, Settings(drives=True, at_set_points=True, level="term"))
+    found = gd.analyze(puma, pick_and_place, drives=True, at_set_points=True, level="term")
     allowed = puma_findings.model.accuracy.allowed
     assert (found.model.accuracy.errors.largest <= allowed).all()
     assert (found.tables["tube"].tube_certified.values > allowed).any()
@@ -109,7 +109,7 @@ def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, mo
     skip_proofs(monkeypatch)
     monkeypatch.setattr("gd_analyze.studies.steps.simplify._efforts", lambda *_: None)
     with without_cache():
-        found = find(two_link, swing, Settings(level="fast", budget="60%"))
+        found = gd.analyze(two_link, swing, level="fast", budget="60%")
     tube, model = found.tables["tube"], found.model
     assert model.saves
     assert tube.attrs["tried"] == 200_000
@@ -128,7 +128,7 @@ def test_where_nothing_is_proven_states_are_tried_and_stored(two_link, swing, mo
 def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
     """Carrying something off the last axis makes more terms than a ranking lists; all are counted."""
     arm = with_payload(puma, 2.0, np.array([0.05, 0.0, 0.1]))
-    findings = find(arm, pick_and_place, Settings(level="term", at_set_points=True))
+    findings = gd.analyze(arm, pick_and_place, level="term", at_set_points=True)
     total = findings.tables["terms"].attrs["total"]
     assert total == len(TERM.terms(findings.model.form)) > findings.tables["terms"].sizes["rank"]
     assert run_result(findings).document()["terms_total"] == total
@@ -150,10 +150,10 @@ def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings)
 
 @pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.types.Margin(revolute=np.radians(3.0), velocity=0.06)])
 def test_the_margin_is_the_users(two_link, swing, margin):
-    found = find(two_link, swing, Settings(margin=margin, budget="5%"))
+    found = gd.analyze(two_link, swing, margin=margin, budget="5%")
     assert found.tables["tube"].attrs["margin"] == "3deg,1mm,qd=6%,qdd=5%"
     np.testing.assert_allclose(found.tables["tube"].tube_margin_q, np.radians(3.0))
-    usual = find(two_link, swing, Settings(budget="5%"))
+    usual = gd.analyze(two_link, swing, budget="5%")
     assert usual.provenance["run"] != found.provenance["run"]
     with pytest.raises(UsageError, match="margin"):
         Settings(margin="3")
@@ -162,11 +162,11 @@ def test_the_margin_is_the_users(two_link, swing, margin):
 def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
     """What is said of the set points themselves stays."""
     q = np.array([[0.0, 0.0], [1.0, 1.0], [1.1, 1.2]])
-    torn = find(two_link, Trajectory(np.array([0.0, 1e-9, 1.0]), q, 0.1 + 0 * q, 1 + 0 * q, "torn"))
+    torn = gd.analyze(two_link, Trajectory(np.array([0.0, 1e-9, 1.0]), q, 0.1 + 0 * q, 1 + 0 * q, "torn"))
     assert torn.tables["tube"].tube_certified.isnull().all()
     assert run_result(torn).document()["proven_error"] is None
     assert "not proven" in run_headline(torn) or not torn.model.saves
-    one = find(two_link, Trajectory(np.zeros(1), q[:1], q[:1], q[:1], "one"))
+    one = gd.analyze(two_link, Trajectory(np.zeros(1), q[:1], q[:1], q[:1], "one"))
     assert one.tables["tube"].tube_certified.notnull().all()
 
 

@@ -14,11 +14,9 @@ from hypothesis import given
 import gd_analyze as gd
 from arm_files import ARM, PLACED, line_of
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.arm_toml import toml_of
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, OutputError, UsageError
 from gd_analyze.robots.description import describe_in_full, fingerprint
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.tables import decompose_states
+from gd_analyze.tables import decompose_states, with_payload
 from gd_analyze.types import RobotArm
 from strategies import arms, examples, random_states
 
@@ -161,7 +159,7 @@ def test_unknown_arms(name):
 
 def read_back(arm: RobotArm, folder: Path) -> RobotArm:
     path = folder / "written.toml"
-    path.write_text(toml_of(arm), encoding="utf-8")
+    gd.save_arm(arm, path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         return gd.load_arm(path)
@@ -208,6 +206,20 @@ def test_right_angles_texts_and_names_come_back(file, tmp_path):
         gd.load_arm(tmp_path / "written.toml")
 
 
-def test_a_payload_is_not_written_where_its_link_has_uncertainties(puma):
+def test_a_payload_is_not_written_where_its_link_has_uncertainties(puma, tmp_path):
     with pytest.raises(ArmError, match="link 6 carries a payload"):
-        toml_of(with_payload(puma, 1.0, [0.0, 0.0, 0.1]))
+        gd.save_arm(with_payload(puma, 1.0, [0.0, 0.0, 0.1]), tmp_path / "loaded.toml")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["arm.urdf", "arm"])
+def test_an_arm_is_not_written_under_a_name_that_reads_as_another_format(two_link, name, tmp_path):
+    with pytest.raises(OutputError) as caught:
+        gd.save_arm(two_link, tmp_path / name)
+    assert ".toml" in caught.value.details["expected"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_arm_is_not_written(tmp_path):
+    with pytest.raises(UsageError):
+        gd.save_arm("two_link", tmp_path / "arm.toml")

@@ -12,8 +12,8 @@ from arm_files import link
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, GdAnalyzeWarning, UsageError
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.robots.payload import parse_payload, with_payload
-from gd_analyze.tables import decompose_states
+from gd_analyze.robots.payload import parse_payload
+from gd_analyze.tables import decompose_states, with_payload
 from gd_analyze.types import Joint, RobotArm
 from strategies import arms_with_states, examples, random_inertia
 

@@ -15,8 +15,8 @@ import gd_analyze as gd
 from arm_files import link
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.parts import of_point_mass
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.plausibility import CHECKS, implausible
+from gd_analyze.tables import with_payload
 from gd_analyze.text import LARGEST
 from gd_analyze.types import DHRow, Drive, Joint, Link, Placement, RobotArm
 from strategies import examples, random_rotation

@@ -12,7 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
-from gd_analyze.robots.payload import with_payload
+from gd_analyze.tables import with_payload
 from robot_files import joint, link, mjcf, two_bodies, two_joints, urdf
 
 SIX = [

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from robot_files import assert_same_torque, fingers, joint, link, two_joints, urdf
 from strategies import examples, random_inertia, random_states
 

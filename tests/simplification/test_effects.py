@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.effects import Effects
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.tables import decompose_states
-from gd_analyze.types import States
+from gd_analyze.types import ExactForm, States
 from made_models import ROUND_OFF
 from parallel_axes import arms_with_runs
 from strategies import arms, examples, random_states

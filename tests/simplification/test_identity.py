@@ -26,9 +26,8 @@ from gd_analyze.harmonics.identity import (
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification import exact
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.kept_program import kept_program
-from gd_analyze.types import States
+from gd_analyze.types import ExactForm, States
 from strategies import arms, examples
 
 TURNS = [True] * 7

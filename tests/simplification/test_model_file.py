@@ -22,7 +22,6 @@ from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.operations.program import plain_program, read_back
 from gd_analyze.simplification import model_claims, model_file
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
@@ -30,7 +29,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import COUNTING, POINT, ROUGH, THOROUGH
 from gd_analyze.studies.proof import proven_again
 from gd_analyze.tables import states_in_box, states_of
-from gd_analyze.types import LEVELS, SimplifiedModel, States
+from gd_analyze.types import LEVELS, ExactForm, SimplifiedModel, States
 from made_models import assert_same, exact_model, model_of, signed
 from recordings import swung
 from strategies import arms, arms_with_states, examples

@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from gd_analyze import decompose
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, ModelError
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.simplification.element import parts_of
 from gd_analyze.simplification.model_torque import model_torque
-from gd_analyze.tables import decompose_states, payload_effect, states_of
+from gd_analyze.tables import decompose_states, payload_effect, states_of, with_payload
 from gd_analyze.types import Joint, Link, Placement, RobotArm, SimplifiedModel, States
 from made_models import allowing, exact_model, model_of_parts
 from strategies import arms_with_states, examples

@@ -24,7 +24,7 @@ from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.operations.program import Program, plain_program, program_inputs
-from gd_analyze.simplification.exact import ExactForm, has_more_terms
+from gd_analyze.simplification.exact import has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.kept_program import kept_program
 from gd_analyze.simplification.model import exactly
@@ -32,7 +32,7 @@ from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import COUNTING, ROUGH, THOROUGH, Effort, torque_program
 from gd_analyze.studies.comparison import count_cost
 from gd_analyze.tables import decompose_states
-from gd_analyze.types import ExactDynamics, RobotArm, States
+from gd_analyze.types import ExactDynamics, ExactForm, RobotArm, States
 from long_cases import long, long_but
 from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
@@ -274,7 +274,7 @@ def test_all_terms_of_an_arm_take_few_operations(name, fewest):
 
 
 PRINT = """
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.types import ExactForm
 from gd_analyze.simplification.torque_program import THOROUGH
 from gd_analyze.simplification.torque_program import torque_program
 from gd_analyze.robots.catalogue import load_arm

@@ -18,13 +18,12 @@ from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 from gd_analyze.robots.parts import LinkUncertainty
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.element import ElementPart, parts_of, torque_by_part
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.tables import decompose_states, rank_terms, states_in_box
-from gd_analyze.types import Budget, Drive, ExactDynamics, States
+from gd_analyze.types import Budget, Drive, ExactDynamics, ExactForm, States
 from made_models import by_elements, model_of, of_shares
 from strategies import arms_with_states, examples, motions, two_link_of
 

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.effects import Effects
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.refit import _Fit, refitted
 from gd_analyze.simplification.selection import (
@@ -23,6 +22,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
+from gd_analyze.types import ExactForm
 from strategies import examples, two_link_of
 
 # Errors are sums of at most eleven numbers of some tens: their rounding.

@@ -18,7 +18,6 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import batch
 from gd_analyze.errors import OutputError, UsageError
-from gd_analyze.robots.arm_toml import toml_of
 from gd_analyze.studies import batch as module
 from gd_analyze.studies import batch_rows, many
 from gd_analyze.studies.batch import RECORD
@@ -192,7 +191,7 @@ def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link)
         (logs / robot).mkdir(parents=True)
         for log in ("a.csv", "b.csv"):
             (logs / robot / log).write_text("time,q1,q2\n")
-    (logs / "mine" / "arm.toml").write_text(toml_of(two_link))
+    gd.save_arm(two_link, logs / "mine" / "arm.toml")
     arms = {"mine": "mine/arm.toml", "two_link": "two_link"}
     assert batch_rows.rows_in(logs) == [
         {"arm": arm, "trajectory": f"{robot}/{log}"}
@@ -247,7 +246,7 @@ def test_formats_and_records_that_are_none(tmp_path):
 
 
 def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, monkeypatch, two_link):
-    (tmp_path / "arm.toml").write_text(toml_of(two_link))
+    gd.save_arm(two_link, tmp_path / "arm.toml")
     log = tmp_path / "log.csv"
     log.write_text("time,q1,q2\n" + "".join(f"{k / 4},{k * k / 50},0\n" for k in range(9)))
     row = {"arm": "arm.toml", "trajectory": "log.csv", "at_set_points": True}
@@ -264,7 +263,8 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
     assert by_path.trajectory.content == log.read_bytes()
     assert travels.key == by_path.key
     assert module.analysed(by_path)[1] == module.analysed(travels)[1]
-    (tmp_path / "arm.toml").write_text(toml_of(two_link).replace("mass = 2.0", "mass = 2.1") + "\n")
+    text = (tmp_path / "arm.toml").read_text()
+    (tmp_path / "arm.toml").write_text(text.replace("mass = 2.0", "mass = 2.1") + "\n")
     _, found, _ = module.analysed(by_path)
     assert found["state"] == "failed"
     assert "differs" in found["error"]

@@ -15,11 +15,11 @@ from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.errors import UsageError
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import comparison as module
 from gd_analyze.studies.comparison import agreement, comparison, count_cost
 from gd_analyze.studies.symbolic import same, text_closed_forms, two_link_closed_forms
 from gd_analyze.tables import states_in_box
+from gd_analyze.types import ExactForm
 from long_cases import long_but
 from strategies import arms_with_states, examples
 

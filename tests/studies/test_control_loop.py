@@ -10,14 +10,12 @@ from scipy.integrate import trapezoid
 
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.payload import with_payload
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import control_law as laws
 from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
 from gd_analyze.studies.control_loop import Loop, ProgramDynamics, accelerations, follow
-from gd_analyze.tables import decompose_states, joint_accelerations, simulate, states_in_box
-from gd_analyze.types import Drivetrain, Integration, States
+from gd_analyze.tables import decompose_states, joint_accelerations, simulate, states_in_box, with_payload
+from gd_analyze.types import Drivetrain, ExactForm, Integration, States
 
 
 def world_of(model, motion, gains, **more) -> World:

@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze import Trajectory, evaluate
 from gd_analyze.errors import ModelError, TrajectoryError, UsageError
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.box_exits import box_exits, outside_of
 from gd_analyze.studies.evaluation_result import junit_xml
 from gd_analyze.tables import states_of
-from gd_analyze.types import Box
+from gd_analyze.types import Box, ExactForm
 from made_models import ROUND_OFF, exact_model
 from recordings import recorded, swung
 from strategies import examples

@@ -16,8 +16,8 @@ from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.figures.figure import Cells, FigureWords
 from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.robots.description import describe_in_full, fingerprint
-from gd_analyze.robots.payload import with_payload
 from gd_analyze.robots.varied import VariedArm
+from gd_analyze.tables import with_payload
 
 PUMA_A2 = "joint2.a=0.2..0.6:50"
 

@@ -83,12 +83,13 @@ def identify(
     """
     require_outputs(out)
     with output.working() as stage:
-        from gd_analyze.files import write_text
         from gd_analyze.results.findings import provenance
-        from gd_analyze.robots.arm_toml import toml_of
+        from gd_analyze.robots.arm_toml import require_name_of_toml
         from gd_analyze.studies.identification_result import identification_result, supported
         from gd_analyze.studies.study_files import StudyFolder
 
+        if out is not None:
+            require_name_of_toml(out)
         arm = robot.load(logs=logs)
         fitted, held_out_motions, carrying = (
             [log_options.read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
@@ -114,7 +115,7 @@ def identify(
         result = identification_result(identification, answer, provenance(command_line()))
         if out is not None:
             stage(f"writing {out.name}")
-            write_text(out, toml_of(identification.arm))
+            gd.save_arm(identification.arm, out)
         if files is not None:
             stage(f"writing {', '.join(formats)}")
             files.write(result)

@@ -9,21 +9,54 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, OutputError, require_type
+from gd_analyze.files import write_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import DH_JOINT, DRIVE, JOINT, LINK, PLACED_JOINT, PLACED_LINK, REQUIRED, Key
 from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
 from gd_analyze.robots.parts import DHRow, Joint, Link
 from gd_analyze.robots.text_file import UNIT_SUFFIXES
+from gd_analyze.text import visible
 
 # Most decimals of an angle in degrees as a person would write it.
 _MOST_DECIMALS = 6
 _DEGREE = UNIT_SUFFIXES["_deg"]
+
+
+def save_arm(arm: RobotArm, path: str | Path) -> None:
+    """Write an arm as a TOML file, atomically; `load_arm` reads the same arm back.
+
+    Parameters
+    ----------
+    arm
+        Any arm: read, made in Python or identified.
+    path
+        The file, .toml; an existing one is replaced.
+
+    Raises
+    ------
+    ArmError
+        If a payload was merged into a link with uncertainties: a file cannot keep the two apart.
+    OutputError
+        If the name does not end in .toml, or the file cannot be written.
+    """
+    require_type(arm, RobotArm, "arm", "a RobotArm, such as `load_arm` returns")
+    require_name_of_toml(path)
+    write_text(path, toml_of(arm))
+
+
+def require_name_of_toml(path: str | Path) -> None:
+    """Raise an OutputError unless a file that is to hold an arm will be read as TOML."""
+    if Path(path).suffix.lower() != ".toml":
+        name = visible(Path(path).name)
+        message, expected = "an arm is written as TOML", "a name that ends in .toml"
+        raise OutputError(message, where=visible(str(path)), expected=expected, found=name)
 
 
 def toml_of(arm: RobotArm) -> str:

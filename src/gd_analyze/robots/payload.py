@@ -19,10 +19,35 @@ from gd_analyze.text import number_in
 def with_payload(
     arm: RobotArm, mass: float, position: ArrayLike, inertia: ArrayLike | None = None
 ) -> RobotArm:
-    """Merge a `payload` into the last link: exact mass, centre of mass and inertia of both together.
+    """Merge a payload into the last link: exact mass, centre of mass and inertia of both together.
 
-    It is given in the frame of the arm's tip, if one was asked for, else of the last link. Stated
-    uncertainties remain those of the link alone. Warns of implausible numbers.
+    Parameters
+    ----------
+    arm
+        The arm. Stated uncertainties remain those of its last link alone.
+    mass
+        Mass of the payload, kg.
+    position
+        Its centre of mass, m, shape (3,), in the frame of the arm's tip, if one was asked for, else of the
+        last link.
+    inertia
+        About its centre of mass, kg m^2, axes parallel to that frame: (xx, yy, zz), these and (xy, xz, yz),
+        or a tensor, shape (3, 3). By default a point mass.
+
+    Returns
+    -------
+    RobotArm
+        The arm that carries it.
+
+    Raises
+    ------
+    UsageError
+        If numbers are missing, not finite or negative, or no body has this inertia.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the payload is implausible for this arm, such as one in grams.
     """
     load, turn = payload(mass, position, inertia), arm.tip_frame.rotation
     moments = turn @ load.inertia_com @ turn.T

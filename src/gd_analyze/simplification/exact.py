@@ -58,7 +58,17 @@ REWRITTEN = 1e-11
 
 @dataclass(frozen=True, eq=False)
 class ExactForm:
-    """An arm's exact dynamics, with or without drive inertia; each form is computed on first use."""
+    """An arm's exact dynamics, as sums of terms and as programs; each is computed on first use.
+
+    `SimplifiedModel.form` and `ExactDynamics.form` have one.
+
+    Parameters
+    ----------
+    arm
+        The arm.
+    drives
+        Whether drive inertia is included.
+    """
 
     arm: RobotArm
     drives: bool = False
