@@ -26,6 +26,7 @@ def grown():
         yield study.growth()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(METHODS))
 def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
     """Exactly: from three joints on the counts are polynomials, and their degree is the stated order."""
@@ -40,6 +41,7 @@ def test_the_order_is_that_of_the_equations_and_folding_only_saves(grown, name):
         assert all(folded <= executed for folded, executed in pairs)
 
 
+@pytest.mark.slow
 def test_the_traces_of_lagrange_euler_are_as_told(grown):
     """One per h_ikm or D_ik and link in ours; in the text one per link and pair for D, n times that for h."""
     n, sentence = study.N_JOINTS, study.explanation("lagrange_euler", grown)

@@ -50,7 +50,7 @@ def assert_goes_through(arm: RobotArm, folder: Path) -> None:
     assert model.operations.total <= exact.form.operations.total
 
 
-@pytest.mark.parametrize("make", long_but(("a pendulum", "a lift", "a scara"), MAKES))
+@pytest.mark.parametrize("make", long_but(("a pendulum", "a lift"), MAKES))
 def test_it_goes_through_the_main_job(make, tmp_path, monkeypatch):
     if len(MAKES[make]) > 6:
         # This is about what follows a search, which takes a minute of so many axes askew.

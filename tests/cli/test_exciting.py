@@ -37,6 +37,7 @@ def test_an_exciting_motion_on_standard_output(run):
     assert not rows[[0, -1], 3:].any()
 
 
+@pytest.mark.slow
 def test_a_box(run):
     lines = run(f"{SHORT} --within 0.5,0.2,-1,0.8,0.5,1").out.splitlines()
     q = np.array([line.split(",")[1:3] for line in lines[2:]], dtype=float)

@@ -88,6 +88,7 @@ def test_states_drives_refit_and_effort(run):
     assert refitted["search"][: len(steps)] == steps
 
 
+@pytest.mark.slow
 def test_payload_links_alone_and_so_many_operations(run):
     assert run(f"{TWO} --payload 1,0,0,0 --json").json["arm"] == "two_link+1kg"
     words = "simplify puma560 --no-drives --budget 10% --level term --states 30 --at-set-points --json"
@@ -98,6 +99,7 @@ def test_payload_links_alone_and_so_many_operations(run):
     assert max(of(loose["joints"], "largest_share")) <= 1e-5
 
 
+@pytest.mark.slow
 def test_budgets_beside_friction_and_in_torque(run):
     quick = "simplify puma560 --states 30 --at-set-points --level term"
     words = (*quick.split(), "--budget", "1% or 10% friction")
@@ -128,6 +130,7 @@ def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
     assert of(run(f"certify m.json {region} --json").json["joints"], "certified") == of(found, "certified")
 
 
+@pytest.mark.slow
 def test_a_program_is_shown_as_named_steps(run, here, monkeypatch):
     # Without a search: this is about what is shown of a model.
     skip_searches(monkeypatch)
@@ -416,6 +419,7 @@ def test_a_loop_is_the_library_s(run, model, swing, here):
     assert all(fact.written in shown for fact in result.facts if fact.label)
 
 
+@pytest.mark.slow
 def test_a_loop_with_a_payload_and_its_report(run, model, here):
     words = "control model.json two-link-swing --payload 0.5,0,0,0 --loop-rate 200 --speeds 1 --out r"
     told = run(f"{words} --json").json

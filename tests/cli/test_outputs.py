@@ -92,6 +92,7 @@ def test_no_such_output(run, listing, line, out, says):
     assert listing() == before
 
 
+@pytest.mark.slow
 def test_standard_input_is_an_input(process, here, motion):
     (here / "r").mkdir()
     (here / "r" / "dominance.csv").write_bytes(motion.read_bytes())
@@ -170,6 +171,7 @@ def test_a_folder_is_of_one_run(run, motion, here):
     assert list(content(here / "r")) == ["dominance.csv"]
 
 
+@pytest.mark.slow
 def test_an_arm_of_the_same_name_replaces_what_it_gave_before(run, motion, here):
     """The loop of who writes an arm's file: edit, run, edit, run."""
     text = run("arms two_link --to toml").out

@@ -217,6 +217,7 @@ GivenRobot.load = stopped"""
     assert "bug" not in done.err
 
 
+@pytest.mark.slow
 def test_signs_a_stream_cannot_show_break_nothing(process, motion, monkeypatch):
     monkeypatch.setenv("PYTHONIOENCODING", "ascii:strict")
     result = process("two_link gentle.csv --format csv")

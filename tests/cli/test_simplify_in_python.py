@@ -10,6 +10,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import UsageError
+from long_cases import long
 
 
 @pytest.fixture
@@ -55,7 +56,7 @@ def test_near_pick_and_place_the_puma_takes_the_same_number_of_operations(comman
         ),
         ("two_link two-link-swing --budget 20% --at-set-points", {"budget": "20%", "at_set_points": True}),
         ("two_link two-link-swing --level element", {"level": "element"}),
-        ("two_link two-link-swing --budget 'tracking 1deg'", {"budget": "tracking 1deg"}),
+        long("two_link two-link-swing --budget 'tracking 1deg'", {"budget": "tracking 1deg"}),
         ("two_link --level energy --operations 20", {"level": "energy", "operations": 20}),
     ],
 )

@@ -89,8 +89,8 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
     ("kind", "option"),
     [
         ("torque sign", "--torque-sign"), long("one torque sign", "--torque-sign"),
-        ("direction", "--position-sign"),
-        ("scale", "--torque-constant"), ("zero", "--offset"), long("coupled", "--couple"), ("lag", "--lag"),
+        long("direction", "--position-sign"),
+        long("scale", "--torque-constant"), ("zero", "--offset"), long("coupled", "--couple"), ("lag", "--lag"),
         long("exchanged", "--map"), ("time", "--time-unit"),
     ],
 )  # fmt: skip

@@ -123,7 +123,7 @@ def latex_of(place) -> tuple[ExportInput, str]:
     return what, text
 
 
-@pytest.mark.parametrize("place", [*TORQUES, *PLACES[::2]], ids=str)
+@pytest.mark.parametrize("place", [*TORQUES, *map(long, PLACES[::2])], ids=str)
 def test_what_is_opened_is_closed(place):
     text = re.sub(r"^%.*$", "", latex_of(place)[1], flags=re.MULTILINE)
     plain = re.sub(r"\\[{}\\%#&$_]", "", text)

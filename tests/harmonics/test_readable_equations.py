@@ -115,6 +115,7 @@ def test_effects_and_shares_add_up(puma_harmonics):
             ] == tuple(abs(part) > 1e-9 for part in (term.translation, term.rotation))
 
 
+@pytest.mark.slow
 def test_links_are_those_whose_removal_changes_the_term(puma, puma_harmonics):
     """Without mass and inertia of a link exactly the terms that name it change."""
     for s in (1, 2, 5):

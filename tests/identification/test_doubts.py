@@ -98,6 +98,7 @@ def test_an_arm_that_hangs_is_refused(puma, true, states):
         quietly(puma, hanging.log(*states), anyway=True)
 
 
+@pytest.mark.slow
 def test_a_zero_that_is_off_is_told_and_doubted(puma, true, states):
     time, moved = states
     log = true.log(time, moved)

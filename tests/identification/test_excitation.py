@@ -17,6 +17,7 @@ from gd_analyze.identification.fourier_series import FourierSeries
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.tables import base_parameters
 from gd_analyze.types import Drive, Workspace
+from long_cases import long
 
 # s, and so many set points that their step is 0.25 ms: a thousandth of the fastest harmonic's period.
 DURATION, DENSE = 5.0, 20_001
@@ -157,7 +158,7 @@ def test_the_slope_of_the_determinant(two_link):
 
 
 @pytest.mark.parametrize(
-    ("lower", "upper"), [([-0.2, -2.0, -1.0], [2.0, 2.0, 1.0]), ([0.5, 0.2, -1.0], [0.8, 0.5, 1.0])]
+    ("lower", "upper"), [long([-0.2, -2.0, -1.0], [2.0, 2.0, 1.0]), ([0.5, 0.2, -1.0], [0.8, 0.5, 1.0])]
 )
 def test_the_end_effector_keeps_within_its_box(two_link, lower, upper):
     made = exciting_motion(two_link, DURATION, DENSE, within=Workspace(lower, upper))
@@ -195,6 +196,7 @@ def test_the_same_seed_plans_the_same_motion(two_link):
         assert fact in origin
 
 
+@pytest.mark.slow
 def test_set_points_are_those_of_the_same_series(two_link):
     few, many = (exciting_motion(two_link, DURATION, count).trajectory for count in (11, 101))
     # Round-off of sums of 25 waves, and of instants times how fast accelerations change: below 100 rad/s^3.

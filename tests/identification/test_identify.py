@@ -259,6 +259,7 @@ def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
         gd.load_arm(tmp_path / "arm.toml")
 
 
+@pytest.mark.slow
 def test_a_model_as_exact_as_the_log(two_link, tmp_path):
     time, states = fourier(two_link, 6.0, 100.0, 4)
     true = TrueArm.near(two_link, 5)
@@ -290,6 +291,7 @@ def refused(arm, log: Trajectory, **more) -> UsageError:
     return caught.value
 
 
+@pytest.mark.slow
 def test_what_cannot_be_identified(puma, true, motion):
     time, states = motion
     log = true.exact_log(time, states)

@@ -122,6 +122,7 @@ def test_values_of_the_kernels_are_those_of_the_program():
     np.testing.assert_allclose(case.errors(found)[:, ::5], errors, atol=20 * (ROUNDED - 1.0))
 
 
+@pytest.mark.slow
 def test_a_seed_gives_the_same_again_and_another_does_not():
     found = []
     for seed in (3, 3, 4):

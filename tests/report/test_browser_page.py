@@ -11,6 +11,7 @@ import pytest
 
 from browser import NARROW, WIDE, Tab, opened
 from gd_analyze.types import Findings
+from long_cases import long
 
 PANEL = "svg.panel[data-key='pile2']"
 
@@ -98,7 +99,7 @@ def test_themes_recolour_drawings(tab: Tab) -> None:
     tab.click("#theme")
 
 
-@pytest.mark.parametrize(("width", "most"), [(WIDE, 5000), (NARROW, 9000)])
+@pytest.mark.parametrize(("width", "most"), [long(WIDE, 5000), (NARROW, 9000)])
 def test_folded_the_page_is_short_and_never_scrolls_sideways(
     browser: Any, file: Path, width: int, most: int
 ) -> None:

@@ -191,6 +191,7 @@ def test_errors_are_in_the_terms_of_the_budget(of_budget):
     assert (worst.joint, worst.of, worst.value) == (used.argmax() + 1, "the budget", used.max())
 
 
+@pytest.mark.slow
 def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):
     model = of_budget("0.0001%")
     assert not model.saves

@@ -115,6 +115,7 @@ except gd.GdAnalyzeError as error:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="limits on file size are a matter of POSIX")
 @pytest.mark.parametrize("size", [long(0), 100_000, long(400_000)])
 def test_a_file_that_does_not_fit_is_refused_before_it_is_written(stored, tmp_path, size):

@@ -159,6 +159,7 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
     assert ExactForm(arm).program.count == honest.count
 
 
+@pytest.mark.slow
 def test_models_are_not_kept(puma, tmp_path, monkeypatch):
     """The cache holds exact programs alone, which the shipped arm needs none of."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))

@@ -24,6 +24,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.tables import decompose_states, rank_terms, states_in_box
 from gd_analyze.types import Budget, Drive, ExactDynamics, ExactForm, States
+from long_cases import long
 from made_models import by_elements, model_of, of_shares
 from strategies import arms_with_states, examples, motions, two_link_of
 
@@ -48,7 +49,7 @@ def test_fewer_operations_than_the_inertia_of_every_joint_takes_are_refused(puma
         simplify_exact(in_box, Budget(), SearchOptions(ENERGY, operations=2))
 
 
-@pytest.mark.parametrize("asked", [40, 10_000])
+@pytest.mark.parametrize("asked", [long(40), 10_000])
 def test_as_many_operations_as_asked_for(puma, asked):
     in_box = ExactDynamics.of(puma, states_in_box(puma, 100), drives=True)
     model = simplify_exact(in_box, Budget(), SearchOptions(ENERGY, operations=asked, thorough=asked == 40))

@@ -179,7 +179,7 @@ def test_the_budget_holds_near_the_motion(case, model, tube):
 
 @pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
 @pytest.mark.parametrize(
-    ("drives", "budget"), [(True, "1%"), (False, "10%"), long(True, "10%"), long(False, "1%")]
+    ("drives", "budget"), [(True, "1%"), long(False, "10%"), long(True, "10%"), long(False, "1%")]
 )
 def test_gamma_at_the_states_of_a_search_is_what_it_is(puma, pick_and_place, level, drives, budget):
     """Where no states but those are drawn, it is a number that can be recomputed."""

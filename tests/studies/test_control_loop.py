@@ -63,6 +63,7 @@ def test_the_exact_model_errs_by_the_integrator_and_by_the_period(swing_world):
     assert (slow / middle, middle / fast) == pytest.approx((2.0, 2.0), rel=0.05)
 
 
+@pytest.mark.slow
 def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_link, swing):
     world = replace(swing_world, simplified=swing_world.exact)
     (loop,) = follow(world, [Loop(laws.PD, CONTINUOUS, 3.0)])

@@ -64,6 +64,7 @@ def test_a_budget_for_the_tolerance_keeps_it(puma, pick_and_place, puma_study, d
         assert model.operations.total < puma_study.model.operations.total / 2
 
 
+@pytest.mark.slow
 def test_a_budget_for_the_tolerance_keeps_it_of_two_joints(two_link, swing, swing_model):
     """Ten degrees, as less lets none of the few terms go."""
     tolerance = gd.types.Tolerance(np.radians(10.0))

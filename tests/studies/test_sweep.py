@@ -160,6 +160,7 @@ def test_lines_of_two_parameters_lie_where_one_of_them_changes_the_verdict(puma,
         np.testing.assert_allclose(here.change_at.values[:, 0], alone.change_at.values[:, 0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_two_changes_between_neighbours_are_both_found(puma, pick_and_place):
     coarse = gd.sweep(puma, pick_and_place, "joint2.a=0.1..0.6:2", operations="none")
     fine = gd.sweep(puma, pick_and_place, "joint2.a=0.1..0.6:26", operations="none")
