@@ -90,7 +90,8 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
     [
         ("torque sign", "--torque-sign"), long("one torque sign", "--torque-sign"),
         long("direction", "--position-sign"),
-        long("scale", "--torque-constant"), ("zero", "--offset"), long("coupled", "--couple"), ("lag", "--lag"),
+        long("scale", "--torque-constant"), long("coupled", "--couple"),
+        ("zero", "--offset"), ("lag", "--lag"),
         long("exchanged", "--map"), ("time", "--time-unit"),
     ],
 )  # fmt: skip

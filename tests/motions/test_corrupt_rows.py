@@ -13,8 +13,8 @@ TIME = 0.01 * np.arange(400) + 1.0
 Q = np.column_stack([np.sin(TIME), 0.5 * np.cos(3.0 * TIME)])
 
 
-def text(changed=(), time=TIME):
-    cells = [[repr(t), *map(repr, q)] for t, q in zip(time.tolist(), Q.tolist(), strict=True)]
+def text(changed=(), time=TIME, q=Q):
+    cells = [[repr(t), *map(repr, row)] for t, row in zip(time.tolist(), q.tolist(), strict=True)]
     for row, column, cell in changed:
         cells[row][column] = cell
     return "time,pos1,pos2\n" + "".join(",".join(row) + "\n" for row in cells)
@@ -63,6 +63,17 @@ def test_what_sound_logs_have_is_not_corrupt(read, warned):
         turned = text([(k, 1, repr(float(Q[k, 0] + 2 * np.pi))) for k in (60, 61, 80)])
         assert len(read(turned, ARM).time) == 400
     assert not texts
+
+
+@pytest.mark.parametrize(("jump", "is_corrupt"), [(0.25, False), (0.35, True)])
+def test_a_reading_jumps_where_it_would_be_faster_than_any_arm(jump, is_corrupt, read, refused):
+    """30 rad/s, 0.3 rad in 10 ms, in a motion so slow that thirty of its steps are a tenth of that."""
+    slow = 0.1 * Q
+    content = text([(60, 1, repr(float(slow[60, 0] + jump)))], q=slow)
+    if is_corrupt:
+        refused("line 62", content, ARM)
+    else:
+        np.testing.assert_array_equal(read(content, ARM).q[60, 0], slow[60, 0] + jump)
 
 
 def test_another_format_is_no_corrupt_row(read):

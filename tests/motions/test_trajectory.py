@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -10,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.interpolate import make_interp_spline
 
 import gd_analyze as gd
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.profiles import PROFILES
 from gd_analyze.motions.velocities import contradictions
 from log_arms import arm_of
@@ -207,6 +209,33 @@ def test_sound_numbers_are_not_suspected():
     noise = np.random.default_rng(1).normal(size=(3, *q.shape))
     noisy = (time, q + 1e-3 * noise[0], 0.95 * qd + 0.05 * noise[1], qdd + noise[2])
     assert contradictions(*noisy) == []
+
+
+@pytest.mark.parametrize(("share", "is_judged"), [(0.035, False), (0.07, True)])
+def test_velocities_of_a_joint_that_hardly_moves_beside_another_are_not_judged(share, is_judged):
+    """Below a twentieth of the largest movement: the second joint's velocities have the other sign."""
+    time = np.linspace(0, 3, 60)
+    q, qd = np.sin(2 * time), 2 * np.cos(2 * time)
+    mistakes = contradictions(time, np.column_stack([q, share * q]), np.column_stack([qd, -share * qd]), None)
+    assert bool(mistakes) == is_judged
+
+
+@pytest.mark.parametrize(("turns", "is_plan"), [(8, True), (10, False)])
+def test_a_few_jumps_of_acceleration_make_no_noise(turns, is_plan):
+    """Full acceleration one way and the other, in forty set points: four changes of sign are not counted.
+
+    The others are 2 a each. Their mean square over the 35 changes that count is below half of a^2 with four
+    of them, and above it with six.
+    """
+    signs = np.where(np.arange(40) * (turns + 1) // 40 % 2, -1.0, 1.0)
+    time, qdd = 0.01 * np.arange(40), 0.5 * signs[:, None]
+    qd = 0.01 * np.cumsum(qdd, axis=0)
+    q = 0.01 * np.cumsum(qd, axis=0)
+    assert np.count_nonzero(np.diff(signs)) == turns
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)  # says that it is treated as a recording
+        motion = gd.Trajectory.from_arrays(time, q, qd, qdd)
+    assert (motion.recording is None) == is_plan
 
 
 def test_a_jump_across_a_gap_is_no_contradiction():

@@ -213,3 +213,24 @@ def test_a_payload_is_stated_in_the_frame_of_the_tip(tmp_path):
     np.testing.assert_allclose(ours.links[-1].inertia_com, full.links[-1].inertia_com, atol=1e-14)
     untold = gd.load_arm(tmp_path / "bare.urdf")
     assert "in its frame." in with_payload(untold, 5.0, [0.0, 0.02, 0.1]).assumptions[-1]
+
+
+@pytest.mark.parametrize(
+    ("n_joints", "off", "is_doubted"), [(3, 0.1, True), (3, 0.25, False), (6, 0.25, True)]
+)
+def test_centres_of_mass_on_the_wrong_side_are_doubted_by_less_in_a_longer_chain(
+    n_joints, off, is_doubted, doubts
+):
+    """Links of 1 m with centres 0.3 m behind their joints: with the other sign they are `off` from the line.
+
+    That is 0.32 of what they are off as they stand at 0.1 m, and 0.64 at 0.25 m.
+    """
+    inertia = {"ixx": 0.4, "iyy": 0.5, "izz": 0.5, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+    links = [link(f"link_{k}", 3.0, f"-0.3 {off} 0", "0 0 0", **inertia) for k in range(1, n_joints + 1)]
+    parents = ["base", *(f"link_{k}" for k in range(1, n_joints))]
+    joints = [
+        joint(f"j{k}", parent, f"link_{k}", xyz="1 0 0", rpy="0 0 0")
+        for k, parent in enumerate(parents, start=1)
+    ]
+    told = doubts(urdf(link("base"), *links, *joints))
+    assert ("signs of all" in told) == is_doubted
