@@ -198,7 +198,7 @@ WORDS: dict[str, tuple[str, ...]] = {
         "'damping 1'",
         '"at 20 rad/s damping 1"',
     ),
-    "simplify two_link two-link-swing --budget|tracking 1e99deg": ("1.74533e+97", "1e+12"),
+    "simplify two_link two-link-swing --budget|tracking 1e99deg": ("error: --budget", "1.74533e+97", "1e+12"),
     "columns two_link x.csv --map torque=tau": ("--map", "found: torque=tau", "torque:JOINT"),
     "sweep m.json x.csv --vary speed=1..2": ("error: m.json", "a .json file"),
     "export two_link --to fortran": ("fortran", "casadi, cpp"),
@@ -336,7 +336,7 @@ def test_figures_of_a_model_file_that_do_not_hold(run, here):
     assert run("certify mine.json").code == 0
     refused = run("certify mine.json --along mine.csv")
     assert refused.code == 2
-    assert refused.err.startswith("error: peak_torque of joint 1,")
+    assert refused.err.startswith("error: mine.json: peak_torque of joint 1,")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows allows no control characters in file names")

@@ -17,7 +17,7 @@ from gd_analyze.simplification.budget import Allowance
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.model_file import _digest
+from gd_analyze.simplification.model_file import digest_of_model
 from gd_analyze.simplification.torque_program import COUNTING, Effort
 from gd_analyze.types import Budget, ExactDynamics, ExactForm, RobotArm, SimplifiedModel, States
 
@@ -71,7 +71,7 @@ def allowing(model: SimplifiedModel, allowed: FloatArray) -> SimplifiedModel:
 
 
 def signed(document: dict[str, Any]) -> dict[str, Any]:
-    return document | {"digest": _digest(document)}
+    return document | {"digest": digest_of_model(document)}
 
 
 def assert_same(model: SimplifiedModel, again: SimplifiedModel, states: States) -> None:

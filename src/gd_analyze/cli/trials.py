@@ -154,6 +154,7 @@ def certify(
         from gd_analyze.motions.margin import Margin
         from gd_analyze.motions.states import states_of
         from gd_analyze.simplification.model_claims import measured_at
+        from gd_analyze.simplification.model_file import fault_of_file
         from gd_analyze.studies.proof import proof, proven_again
 
         loaded = gd.load_model(model)
@@ -161,7 +162,10 @@ def certify(
         if motion:
             loaded = loaded.stating(loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
-            loaded = measured_at(loaded, states_of(motion))
+            try:
+                loaded = measured_at(loaded, states_of(motion))
+            except gd.GdAnalyzeError as error:
+                raise fault_of_file(model, error) from None
         stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None or check else 2))
         if check:
             result, holds = proven_again(loaded, motion, progress=stage.advance)

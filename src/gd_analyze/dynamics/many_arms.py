@@ -29,6 +29,7 @@ CONTRIBUTIONS = (
 VERDICT_NAMES = np.array(
     ["translation", "rotation", "both", "drive", "negligible", "zero", "within budget", "beyond budget"]
 )
+TRANSLATION, ROTATION, BOTH, DRIVE, NEGLIGIBLE, ZERO, WITHIN_BUDGET, BEYOND_BUDGET = range(8)
 # Set points at a time that stay in the cache.
 SET_POINTS_AT_ONCE = 512
 # Set points times arms at a time that stay in the cache.
@@ -58,14 +59,15 @@ class Peaks:
         noise = 64 * np.finfo(float).eps * np.repeat(largest, np.diff([*ends, len(self.whole)]), axis=0)
         is_there = self.parts > noise
         exists = np.asarray(is_there.any(axis=0))
-        translation, rotation = (is_there & (self.parts > threshold * self.whole)).astype(int)
-        verdict = np.where(rotation, 1 + translation, 0)
+        translation, rotation = is_there & (self.parts > threshold * self.whole)
+        verdict = np.where(rotation, np.where(translation, BOTH, ROTATION), TRANSLATION)
         floor, diagonal = negligible_torque(allowed), np.flatnonzero(np.equal(*np.triu_indices(n)))
         is_small = np.asarray((np.where(exists[:, None], self.moved, 0.0) <= floor).all(axis=1))
-        verdict = np.where(exists, np.where(is_small, 4, verdict), 5)
-        with_drive = np.where(self.driven <= floor, 4, 3)
+        verdict = np.where(exists, np.where(is_small, NEGLIGIBLE, verdict), ZERO)
+        with_drive = np.where(self.driven <= floor, NEGLIGIBLE, DRIVE)
         verdict[diagonal] = np.where((self.drive > 0.0) & is_small[diagonal], with_drive, verdict[diagonal])
-        return np.vstack([verdict, np.where(self.whole[ends[1] : ends[2]] <= allowed, 6, 7)])
+        without_h = np.where(self.whole[ends[1] : ends[2]] <= allowed, WITHIN_BUDGET, BEYOND_BUDGET)
+        return np.vstack([verdict, without_h])
 
 
 def peaks(arm: RobotArm, bodies: Bodies, q: Array, qd: Array, qdd: Array, speed: FloatArray) -> Peaks:

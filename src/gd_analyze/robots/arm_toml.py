@@ -16,7 +16,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, OutputError, require_type
-from gd_analyze.files import write_text
+from gd_analyze.files import path_of, write_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import DH_JOINT, DRIVE, JOINT, LINK, PLACED_JOINT, PLACED_LINK, REQUIRED, Key
 from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
@@ -47,14 +47,14 @@ def save_arm(arm: RobotArm, path: str | Path) -> None:
         If the name does not end in .toml, or the file cannot be written.
     """
     require_type(arm, RobotArm, "arm", "a RobotArm, such as `load_arm` returns")
-    require_name_of_toml(path)
+    require_name_of_toml(path_of(path))
     write_text(path, toml_of(arm))
 
 
-def require_name_of_toml(path: str | Path) -> None:
+def require_name_of_toml(path: Path) -> None:
     """Raise an OutputError unless a file that is to hold an arm will be read as TOML."""
-    if Path(path).suffix.lower() != ".toml":
-        name = visible(Path(path).name)
+    if path.suffix.lower() != ".toml":
+        name = visible(path.name)
         message, expected = "an arm is written as TOML", "a name that ends in .toml"
         raise OutputError(message, where=visible(str(path)), expected=expected, found=name)
 

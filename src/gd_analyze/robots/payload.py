@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,20 +12,22 @@ from numpy.typing import ArrayLike
 from gd_analyze.arrays import array_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Link, of_point_mass, symmetric_tensor
 from gd_analyze.robots.plausibility import check_payload
 from gd_analyze.text import number_in
 
 
 def with_payload(
-    arm: RobotArm, mass: float, position: ArrayLike, inertia: ArrayLike | None = None
+    arm: RobotArm | str | Path, mass: float, position: ArrayLike, inertia: ArrayLike | None = None
 ) -> RobotArm:
     """Merge a payload into the last link: exact mass, centre of mass and inertia of both together.
 
     Parameters
     ----------
     arm
-        The arm. Stated uncertainties remain those of its last link alone.
+        The arm, the name of a built-in one, or the path of its file. Stated uncertainties remain those of
+        the last link alone.
     mass
         Mass of the payload, kg.
     position
@@ -41,7 +44,7 @@ def with_payload(
 
     Raises
     ------
-    UsageError
+    ArmError
         If numbers are missing, not finite or negative, or no body has this inertia.
 
     Warns
@@ -49,6 +52,7 @@ def with_payload(
     GdAnalyzeWarning
         If the payload is implausible for this arm, such as one in grams.
     """
+    arm = arm_of(arm)
     load, turn = payload(mass, position, inertia), arm.tip_frame.rotation
     moments = turn @ load.inertia_com @ turn.T
     com = turn @ load.com + arm.tip_frame.translation

@@ -328,7 +328,7 @@ def replaces_model(path: Path) -> bool:
 def model_text(model: SimplifiedModel) -> str:
     """Content of a model's file."""
     document = document_of(model).model_dump()
-    return json.dumps(document | {"digest": _digest(document)}, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(document | {"digest": digest_of_model(document)}, indent=2, ensure_ascii=False) + "\n"
 
 
 def load_model(path: str | Path) -> SimplifiedModel:
@@ -347,39 +347,44 @@ def load_model(path: str | Path) -> SimplifiedModel:
         If numbers of the arm are implausible, or its folder contains files of another run.
     """
     path = path_of(path)
-
-    def refused(message: str, where: str, expected: str | None, value: str | None) -> ModelError:
-        return ModelError(message, where=where, expected=expected, found=value, next_step=WRITE_AGAIN)
-
     raw = _read(path)
     for key, possible in (("version", [VERSION]), ("level", list(LEVELS))):
         if raw.get(key) not in possible:
             expected, value = " or ".join(map(str, possible)), in_python(raw.get(key))
-            raise refused(f"the model file has another {key}", f"{path}: {key}", expected, value)
+            raise _refused(f"the model file has another {key}", f"{path}: {key}", expected, value)
     try:
         document = ModelDocument.model_validate(raw)
         model = _model_of(document)
     except ValidationError as error:
         first = error.errors()[0]
         where = f"{path}: {'.'.join(str(key) for key in first['loc'])}"
-        raise refused("the model file is damaged", where, *field_fault(first)) from None
+        raise _refused("the model file is damaged", where, *field_fault(first)) from None
     except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
         message = "the model file is damaged: its arm or its terms cannot be rebuilt"
         value = (str(error) or type(error).__name__).splitlines()[0]
-        raise refused(message, str(path), None, value) from None
-    if raw["digest"] != _digest(raw):
+        raise _refused(message, str(path), None, value) from None
+    if raw["digest"] != digest_of_model(raw):
         message = "the model file was changed after it was written: its stated errors no longer hold"
         stated = f"digest {str(raw['digest'])[:16]}..."
-        raise refused(message, str(path), f"digest {_digest(raw)[:16]}... of its content", stated)
+        raise _refused(message, str(path), f"digest {digest_of_model(raw)[:16]}... of its content", stated)
     try:
         model = checked_model(document, model)
     except GdAnalyzeError as error:
-        details = error.details
-        where = ": ".join([str(path), *filter(None, [details.get("where")])])
-        raise refused(error.what, where, details.get("expected"), details.get("found")) from None
+        raise fault_of_file(path, error) from None
     warn_of_implausible(model.arm, stacklevel=2)
     warn_of_others(path, model.provenance.get("run", ""))
     return model
+
+
+def _refused(message: str, where: str, expected: str | None, value: str | None) -> ModelError:
+    return ModelError(message, where=where, expected=expected, found=value, next_step=WRITE_AGAIN)
+
+
+def fault_of_file(path: Path, error: GdAnalyzeError) -> ModelError:
+    """The error of a model whose statements do not hold, with the file that states them."""
+    details = error.details
+    where = ": ".join([str(path), *filter(None, [details.get("where")])])
+    return _refused(error.what, where, details.get("expected"), details.get("found"))
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -437,7 +442,7 @@ def _other_input(path: Path) -> ModelError | None:
     return ModelError(message, where=Location(path), expected=_MODEL, next_step=step)
 
 
-def _digest(document: dict[str, Any]) -> str:
+def digest_of_model(document: dict[str, Any]) -> str:
     """SHA-256 of everything in the file except the digest."""
     content = {key: value for key, value in document.items() if key != "digest"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -117,7 +117,8 @@ class Tolerance:
         for value in (self.revolute, self.prismatic):
             if not 0.0 < value <= LARGEST:
                 message, expected = "the tolerance is out of range", f"above 0, up to {LARGEST:g}"
-                raise UsageError(message, where="tolerance", expected=expected, found=f"{value:g}")
+                where = self.where if self.stated else "tolerance"
+                raise UsageError(message, where=where, expected=expected, found=f"{value:g}")
 
     @classmethod
     def parse(cls, text: str, where: str = "--within") -> Tolerance:
