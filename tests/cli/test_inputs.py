@@ -268,8 +268,8 @@ def test_standard_input(process, run):
     told = process("columns two_link - --json", input=LOG).json
     assert (told["log"], told["rows"]) == ("stdin", 200)
     planned = run("plan two_link --from 0,0 --to 60,-45 --duration 2")
-    result = process("two_link - --format json --json", input=planned.out)
-    assert result.json["trajectory"] == "stdin"
+    told = process("rank two_link - --json", input=planned.out).json
+    assert told["states"]["trajectory"] == "stdin"
 
 
 PLAN = "plan two_link --from 0,0 --to 60,-45 --duration 2"
