@@ -242,7 +242,8 @@ SCRIPT = """
 import json
 import sys
 from numba.core import config
-from test_searching import Case, compiled_search, written
+from gd_analyze.operations.program import plain_program
+from test_searching import Case, compiled_search
 
 assert config.BOUNDSCHECK
 case = Case(1000)
@@ -250,7 +251,7 @@ search = compiled_search(case, 600)
 found = search.run(case.layout.exact, 3000, 0)
 search.add(*case.some(600, 1000))
 further = search.run(found, 1000, 1)
-print(json.dumps([written(case.layout.program(nodes)) for nodes in (found, further)]))
+print(json.dumps([plain_program(case.layout.program(nodes)) for nodes in (found, further)]))
 """
 
 
