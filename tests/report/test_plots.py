@@ -40,6 +40,21 @@ def test_axes_have_the_numbers_of_the_run(swing_findings, puma_findings):
     assert {"gravity", "drives"} <= {*words}
 
 
+def test_cells_are_hatched_as_their_legend_says(puma_findings):
+    """A verdict is told by its hatching where colours look alike."""
+    (axes,) = puma_findings.plot.dominance()
+    keys = {text.get_text(): patch.get_hatch() for patch, text in legend_of(axes.figure)}
+    in_legend = {name: set(keys[name]) for name in ("rotation", "both", "drive")}
+    hatched = [{*collection.get_hatch()} for collection in axes.collections if collection.get_hatch()]
+    assert all(signs in hatched for signs in in_legend.values())
+    assert keys["translation"] is None
+
+
+def legend_of(figure):
+    legend = figure.legends[0]
+    return zip(legend.legend_handles, legend.get_texts(), strict=True)
+
+
 def test_measured_torque_that_there_is_not(puma_findings):
     with pytest.raises(UsageError, match="measured"):
         puma_findings.plot.measured()

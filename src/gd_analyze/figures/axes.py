@@ -187,7 +187,7 @@ def _abscissa(panel: Panel) -> str:
 
 def _draw(axes: Axes, panel: Panel) -> None:
     """Axes, title and items of a panel; numbers keep their unit, labels have that of the axis."""
-    from matplotlib.colors import to_rgba_array
+    from matplotlib.colors import to_rgba, to_rgba_array
 
     for name, axis in (("x", panel.x), ("y", panel.y)):
         scaled = {f"{name}scale": "log"} if axis.is_logarithmic else {}
@@ -212,6 +212,14 @@ def _draw(axes: Axes, panel: Panel) -> None:
             colours[:, 3] *= item.opacity.ravel()
             rows = np.arange(len(item.colours) + 1)
             axes.pcolormesh(item.x, rows, colours.reshape(*item.colours.shape, 4), zorder=order)
+            # Rows are low: fainter and fewer lines leave their shades to be told apart.
+            pale = to_rgba(ON_PAPER["paper"], 0.6)
+            for name, slopes in item.hatching.items():
+                for row, has_colour in enumerate(item.colours == name):
+                    ends = np.flatnonzero(np.diff(has_colour, prepend=False, append=False)).reshape(-1, 2)
+                    spans = [(item.x[first], item.x[last] - item.x[first]) for first, last in ends]
+                    bars = axes.broken_barh(spans, (row, 1.0 - item.gap), zorder=order, facecolor="none")
+                    bars.set(linewidth=0, hatch=2 * slopes, edgecolor=pale)
             continue
         colour = ON_PAPER[item.colour]
         if isinstance(item, Area):
