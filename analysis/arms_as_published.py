@@ -212,7 +212,7 @@ def row_of(chain: Chain) -> Row:
             findings = gd.analyze(arm, motion_of(arm), out=folder, level="fast", at_set_points=True)
             form = gd.types.ExactDynamics.of(arm, findings.trajectory, drives=False).form
         except gd.GdAnalyzeError as error:
-            return Row(chain, refused=str(error).splitlines()[0])
+            return Row(chain, refused=error.what)
     ended = resource.getrusage(resource.RUSAGE_SELF)
     return Row(
         chain,
@@ -311,7 +311,7 @@ def report(found: Sequence[Row], alike: Mapping[Chain, int]) -> str:
 
 def _kind(warning: str) -> str:
     """What a warning says of any arm: without its place, names and numbers."""
-    said = re.sub(r"^.*?, line \d+(, column \d+)?: ", "", warning)
+    said = re.sub(r"^(\S+\.urdf: |.*?, line \d+(, column \d+)?: )", "", warning)
     said = re.sub(r"\b(link|joint|arm) [\w./-]+", r"\1 ...", said)
     return re.sub(r"[-+]?\d[\d.e+-]*", "#", said).replace("|", " ")
 

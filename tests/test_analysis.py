@@ -110,7 +110,6 @@ def test_a_published_arm_agrees_with_pinocchio(published_row: Any) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(reason="the page is of 0.2.0, as it says: a new one takes half an hour")
 def test_the_study_of_published_arms_is_up_to_date(published_row: Any) -> None:
     row, written = published_row, (ROOT / "analysis" / "arms_as_published.md").read_text("utf-8")
     stated = re.search(rf"\| {row.chain.name} \| 7 \| {row.terms} \| {row.exact} \| (\d+) \|", written)
