@@ -21,6 +21,7 @@ from gd_analyze.cli.app import app
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.studies.main_job import find
 from gd_analyze.tables import save_results, states_in_box
+from gd_analyze.threads import begin_with_one_thread
 from gd_analyze.types import Findings, RobotArm, Settings, SimplifiedModel
 from recordings import CUTOFF, recorded
 from strategies import PROFILE
@@ -30,7 +31,7 @@ settings.load_profile(PROFILE)
 
 def pytest_configure() -> None:
     """Workers fill the cores: threads of linear algebra in each would only take them from each other."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    begin_with_one_thread()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -38,6 +38,11 @@ def chunks(count: int) -> Iterator[slice]:
     return (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
 
 
+def runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """First place and end of every run of True, shape (R, 2)."""
+    return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
+
+
 def cross(a: Array, b: Array, out: Array | None = None) -> Array:
     """Vector product a x b, into `out` where it is given."""
     if out is None:

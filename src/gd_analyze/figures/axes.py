@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from gd_analyze.arrays import runs
 from gd_analyze.errors import UsageError
 from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
@@ -216,8 +217,8 @@ def _draw(axes: Axes, panel: Panel) -> None:
             pale = to_rgba(ON_PAPER["paper"], 0.6)
             for name, slopes in item.hatching.items():
                 for row, has_colour in enumerate(item.colours == name):
-                    ends = np.flatnonzero(np.diff(has_colour, prepend=False, append=False)).reshape(-1, 2)
-                    spans = [(item.x[first], item.x[last] - item.x[first]) for first, last in ends]
+                    ends = item.x[runs(has_colour)]
+                    spans = [(left, right - left) for left, right in ends.tolist()]
                     bars = axes.broken_barh(spans, (row, 1.0 - item.gap), zorder=order, facecolor="none")
                     bars.set(linewidth=0, hatch=2 * slopes, edgecolor=pale)
             continue

@@ -12,7 +12,7 @@ from html import escape
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.figures.figure import (
     ON_PAPER,
     Area,
@@ -205,8 +205,7 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
         colour, opacity = look.split()
         path, lines = [], []
         for row, has_look in enumerate(looks == look):
-            ends = np.flatnonzero(np.diff(has_look, prepend=False, append=False))
-            for pair in ends.reshape(-1, 2):
+            for pair in runs(has_look):
                 corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
                 (left, top), (right, bottom) = np.rint(UNITS_PER_POINT * corners).astype(int).tolist()
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")

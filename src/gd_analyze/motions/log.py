@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.motions.columns import Choice, ColumnUse
 from gd_analyze.motions.families import SAMPLE, TimeColumns
@@ -321,7 +321,7 @@ def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> l
     good = np.sort(time[is_long])
     span = float(good[-1] - good[0])
     strays: list[int] = []
-    for first, end in _runs(~is_long):
+    for first, end in runs(~is_long).tolist():
         if end - first > STRAY.most_rows:
             continue
         if first == 0 or end == len(time):
@@ -370,12 +370,6 @@ def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool
         if is_short and has_returned and steps[away] * steps[back] < 0:
             strays += range(away + 1, back + 1)
     return strays
-
-
-def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """First and end of every run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
 
 
 def _require_sound(

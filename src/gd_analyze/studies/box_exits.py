@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.certification.box import Box
 from gd_analyze.motions.limits import ROUNDING, LimitedQuantity, Violation
 from gd_analyze.motions.states import States
@@ -71,11 +71,10 @@ def box_exits(arm: RobotArm, trajectory: Trajectory, box: Box) -> tuple[BoxExit,
         index, name = int(side.excess.argmax()), arm.joints[side.joint].name
         values = float(side.values[index]), side.limit, float(time[index]), side.unit
         farthest = Violation(side.joint + 1, name, side.quantity, *values)
-        runs: list[tuple[float, float]] = []
+        spans: list[tuple[float, float]] = []
         for stretch in trajectory.stretches:
-            beyond = side.beyond[stretch]
-            edges = np.flatnonzero(np.diff(beyond, prepend=False, append=False)) + stretch.start
-            runs += [(float(time[a]), float(time[b - 1])) for a, b in edges.reshape(-1, 2)]
-        longest = max(runs, key=lambda run: run[1] - run[0])
-        exits.append(BoxExit(farthest, int(side.beyond.sum()), runs[0][0], *longest))
+            outside = runs(side.beyond[stretch]) + stretch.start
+            spans += [(float(time[first]), float(time[end - 1])) for first, end in outside]
+        longest = max(spans, key=lambda span: span[1] - span[0])
+        exits.append(BoxExit(farthest, int(side.beyond.sum()), spans[0][0], *longest))
     return tuple(exits)

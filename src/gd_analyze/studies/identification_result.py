@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, evenly
+from gd_analyze.arrays import FloatArray, evenly, runs
 from gd_analyze.figures.figure import (
     Area,
     Figure,
@@ -370,8 +370,7 @@ def residual_figure(identification: Identification) -> Figure:
 
 def _held_out(residuals: Residuals, low: float, high: float) -> Iterator[Area]:
     """Shade the rows that were predicted."""
-    edges = np.flatnonzero(np.diff(residuals.held_out.astype(int), prepend=0, append=0)).reshape(-1, 2)
-    for first, end in edges:
+    for first, end in runs(residuals.held_out):
         time = residuals.time[[first, end - 1]]
         yield Area(time, np.full(2, low), np.full(2, high), "grid")
 
