@@ -60,6 +60,11 @@ class AbsoluteVelocities:
             axis = (joint.placement.rotation @ link.frame.rotation).T @ axis
         return cls(tuple(runs), tuple(signs))
 
+    @classmethod
+    def of_joints(cls, n: int) -> AbsoluteVelocities:
+        """The velocities of n joints themselves: every joint is a run of its own."""
+        return cls(tuple((joint,) for joint in range(n)), (1,) * n)
+
     @property
     def n_joints(self) -> int:
         """Number of joints n."""

@@ -11,7 +11,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import THOROUGH, Effort
+from gd_analyze.simplification.torque_program import FINAL, Effort
 from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.
@@ -37,7 +37,7 @@ class SearchOptions:
     # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
-    writing: Effort = THOROUGH  # spent on the program of the model
+    writing: Effort = FINAL  # spent on the program of the model
     effort: float = 1.0  # number of attempts, relative to the usual
     # Successive selections, which a search continues and extends.
     selections: list[Terms] | None = None

@@ -23,7 +23,7 @@ from gd_analyze.simplification.model import (
     with_rewriting,
 )
 from gd_analyze.simplification.search import TermProgress, quick_count, selected_terms
-from gd_analyze.simplification.torque_program import THOROUGH
+from gd_analyze.simplification.torque_program import FINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +134,7 @@ def _within(
         model = exactly(sample, level, limit, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
-        model = with_rewriting(model) if options.writing is THOROUGH else model
+        model = with_rewriting(model) if options.writing == FINAL else model
         model = model if options.dearer else no_dearer(sample, model)
         if sample is exact:
             break

@@ -17,7 +17,6 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import POINT, THOROUGH
 from gd_analyze.threads import one_thread
 
 # Level and refit: every level of single terms, with a refit and without.
@@ -97,7 +96,7 @@ def trade_off(
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)
-            options = SearchOptions(level, refit, thorough=thorough, writing=THOROUGH if thorough else POINT)
+            options = SearchOptions(level, refit, thorough=thorough)
             try:
                 model = simplify_exact(exact, scaled, options)
             except TooManyTermsError:  # so many that any model costs more than the exact torque

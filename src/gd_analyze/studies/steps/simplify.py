@@ -23,7 +23,7 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
-from gd_analyze.simplification.torque_program import POINT, READABLE, THOROUGH
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress
@@ -148,10 +148,8 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
     stops: list[Stop] = []
     for budget in budgets:
         is_asked = is_given and not stops
-        # Programs of models that are not the run's are not searched for their shortest form.
-        is_own = is_asked or (not is_given and not any(stop.is_readable and stop.saves for stop in stops))
         most_terms = math.inf if is_asked else READABLE
-        search = partial(search_at, exact, shortest=is_own, most_terms=most_terms)
+        search = partial(search_at, exact, most_terms=most_terms)
         stops.append(stop_at(exact, TERM, budget, search, most_terms))
     readable = chosen_stop(stops)
     if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
@@ -165,7 +163,6 @@ def _model_at(
     exact: ExactDynamics,
     budget: Budget,
     *,
-    shortest: bool = True,
     most_terms: float = math.inf,
 ) -> Held:
     """Search the model of a budget, near the motion or at its set points."""
@@ -174,7 +171,6 @@ def _model_at(
         level_named(settings.level),
         settings.refit,
         settings.operations,
-        writing=THOROUGH if shortest else POINT,
         most_terms=most_terms,
     )
     if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
