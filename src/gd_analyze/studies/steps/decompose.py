@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from gd_analyze.diagnosis.diagnose import diagnosed
+from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
@@ -45,6 +46,7 @@ class RunDynamics:
     exact: ExactDynamics  # at these set points
     residuals: tuple[Residual, ...]  # differences from Pinocchio
     measured_torque: xr.Dataset | None
+    arm: RobotArm  # with the friction that was fitted, if it was asked for
     diagnosis: xr.Dataset | None  # where measured torques contradict the arm
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
@@ -69,7 +71,9 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
             diagnosis, answer = _diagnosis(arm, motion)
             text = torque_warning(measured_torque, arm, diagnosis, answer)
             warnings.warn(text, LeadingWarning, stacklevel=2)
-    return RunDynamics(points, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form))
+        if inputs.settings.fit_friction:
+            arm = with_friction(arm, comparison.friction.terms)
+    return RunDynamics(points, exact, residuals, measured_torque, arm, diagnosis, too_many_terms(exact.form))
 
 
 def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:
