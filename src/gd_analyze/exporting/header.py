@@ -36,8 +36,10 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  {function.count}."
     if model is not None:
         yield f"The exact torque takes {model.operations_full},"
-        exact = [str(program.count.total) for program in model.form.functions]
-        yield f"  exact D, h and c, each a function of its own, {' + '.join(exact)} operations."
+        exact, apart = model.form.functions, model.form.functions.operations
+        totals = " + ".join(str(program.count.total) for program in exact)
+        yield f"  exact D, h and c, each a function of its own, {totals} operations,"
+        yield f"  {apart.sines_cosines} sin and cos."
         if model.accuracy.gamma is not None:
             use = "torque only" if model.is_torque_only else "below 1: fit for feedback"
             yield f"Largest |eigenvalue of D^-1 Ds - I|, Ds this D: {up(model.accuracy.gamma):.3g} ({use})."

@@ -63,8 +63,8 @@ class Findings(Run):
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
         answer, stops = headline(self.model), self.tables.get("stops")
         if stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position:
-            budget, count = self.model.accuracy.budget, self.model.operations_full.total
-            answer = f"No readable model keeps the budget of {budget}. Exact torque: {count} operations."
+            budget, count = self.model.accuracy.budget, self.model.operations_full.in_words
+            answer = f"No readable model keeps the budget of {budget}. Exact torque: {count}."
         note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
         return html_of(title, headings, rows, note)
 

@@ -115,7 +115,7 @@ def stop_rows(findings: Findings) -> list[Row]:
 
 
 def _stop_words(row: Row) -> str:
-    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17, torque in 35; ..."."""
+    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17 and 6 sin, cos; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
         if _is_wider(row):
@@ -125,7 +125,10 @@ def _stop_words(row: Row) -> str:
         )
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
-    costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"
+    costs = (
+        f"D, h, c in {row['operations']} and {row['sines_cosines']} sin, cos; "
+        f"torque in {row['operations_torque']} and {row['sines_cosines_torque']}"
+    )
     return f"{row['terms']} terms; {costs}; {used_words(row)}"
 
 
@@ -208,7 +211,7 @@ def _unreadable_headline(findings: Findings) -> str:
         wider = f', `--budget "{readable}"` has a readable model'
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
-        f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "
+        f"dominant elements, and the exact torque in {model.operations_full.in_words}. `--level "
         f"fast` searches for a shorter program{wider}."
     )
 
@@ -281,9 +284,9 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         worst.fact("sampled_error", sampled, "up to"),
         Fact(
             "kept_terms",
-            "Operations of the exact torque" if model.is_exact else counted,
+            "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,
             len(model.terms),
-            text=str(model.operations_full.total) if model.is_exact else f"{size[0]} of {thousands(size[1])}",
+            text=model.operations_full.pair if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
         Fact("", GAMMA if gamma is not None and not model.is_exact else "", gamma, text=gamma_size(gamma)),
     )

@@ -236,6 +236,8 @@ def _headline(findings: Findings) -> dict[str, Any]:
         "drives_used": model.drives,
         "model_operations": model.operations.total,
         "exact_operations": model.operations_full.total,
+        "model_sines_cosines": model.operations.sines_cosines,
+        "exact_sines_cosines": model.operations_full.sines_cosines,
         **facts,
         "warnings": "; ".join(findings.warnings),
         **{f"{k}_{i}": x for k, row in by_joint.items() for i, x in enumerate(row.tolist(), start=1)},
@@ -300,6 +302,8 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         ("trajectory", "trajectory", "name"),
         ("model_operations", "operations", "count"),
         ("exact_operations", "of", "count"),
+        ("model_sines_cosines", "sin, cos", "count"),
+        ("exact_sines_cosines", "of", "count"),
         ("sampled_error", "sampled", "percent"),
         ("proven_error", "proven", "bound_percent"),
     )
