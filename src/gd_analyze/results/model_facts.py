@@ -228,9 +228,12 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
     """
     full = model.operations_full
     if model.is_exact:
+        exact_dynamics = f"the exact torque, {full.in_words}"
+        if model.level.is_structured:
+            exact_dynamics += f", or exact D, h and c, {model.form.functions.operations.pair}"
         return (
             f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
-            f"operations than the exact torque, {full.in_words}, which is the result."
+            f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
     costs = f"{model.operations.in_words} instead of {full.pair}"
     if model.level.is_structured:
