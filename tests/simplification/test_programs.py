@@ -315,7 +315,10 @@ def weightless(arm: RobotArm) -> RobotArm:
     ("name", "has_gravity"),
     [
         *(("two_link", True), ("puma560", True), ("stanford", True), ("two_link", False)),
-        *long([("scara", True), ("puma560", False), ("stanford", False), ("scara", False)]),
+        *(
+            long(*case)
+            for case in (("scara", True), ("puma560", False), ("stanford", False), ("scara", False))
+        ),
     ],
 )
 def test_no_program_is_dearer_than_one_that_follows_from_it_by_folding(name, has_gravity):
