@@ -21,11 +21,12 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.coordinates import in_shorter_velocities
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.simplify import search_terms
 from gd_analyze.simplification.torque_program import ROUGH, Effort
 from gd_analyze.threads import one_thread
 
@@ -172,7 +173,8 @@ class _Rounds:
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
-        sample = first = self.exact.joined_by(drawn, weights)
+        sample = first = in_shorter_velocities(self.exact.joined_by(drawn, weights), allowed, options)
+        exact = self.exact.with_form(first.form)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(
             options,
@@ -184,15 +186,15 @@ class _Rounds:
         for turn in range(_SETTINGS.most_rounds):
             if len(counts):
                 sample = first.joined_by(worst, counts)
-            model = simplify_exact(
+            self.stage(f"searching at level {options.level}")
+            model = search_terms(
                 sample,
                 Budget.of_torques(share * allowed),
                 search if turn else replace(search, effort=options.effort),
-                provenance=self.provenance,
-                stage=self.stage,
             )
+            model = replace(model, provenance=self.provenance)
             if len(model.terms) > options.most_terms:
-                return Held(with_gamma(self.exact, model), near=sample)
+                return Held(with_gamma(exact, model), near=sample)
             trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
                 self.progress(1)
@@ -222,7 +224,7 @@ class _Rounds:
                 share = share * needed**_SETTINGS.shrink_power
             elif late >= 0:
                 share = np.where(exceeds, np.minimum(share, _SETTINGS.slight_shrink), share)
-        everything = with_gamma(self.exact, exactly(self.exact, options.level, allowed, str(self.budget)))
+        everything = with_gamma(exact, exactly(exact, options.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
@@ -263,7 +265,8 @@ class _Rounds:
 
     def _written(self, trial: Held, allowed: FloatArray, writing: Effort) -> Held:
         """Write the final program, and prove it."""
-        model = _finished(trial.model, self.exact, allowed, str(self.budget), writing)
+        exact = self.exact.with_form(trial.model.form)
+        model = _finished(trial.model, exact, allowed, str(self.budget), writing)
         certificate, errors = trial.certificate, trial.found
         if certificate is not None:
             certificate = self._proof(model, allowed, tighten=True)

@@ -123,6 +123,8 @@ class AbsoluteVelocities:
 
     def in_joint_velocities(self, torques: Torques) -> Torques:
         """The same torques as terms of tau in the joints' own velocities and accelerations."""
+        if not self.before:  # every joint forms its own run
+            return torques
         out: dict[TorqueTerm, float] = defaultdict(float)
         sizes: dict[TorqueTerm, float] = defaultdict(float)
         for (row, velocities, monomial), weight in torques.items():

@@ -37,11 +37,18 @@ _ROUND_OFF = 1e-12
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
     """Exact terms of the kinetic energy in absolute velocities and of the potential energy.
 
-    The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities.
+    The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities: to constants
+    alone, so that all other terms are those of the links.
     """
-    whole = harmonics.whole_inertia(drive_inertia)
-    weights = energy_weights(harmonics.velocities, whole, harmonics.potential, harmonics.noise)
-    return _without_round_off({term: float(weight[0]) for term, weight in weights.items()})
+    velocities = harmonics.velocities
+    weights = energy_weights(velocities, harmonics.whole_inertia(), harmonics.potential, harmonics.noise)
+    energies = {term: float(weight[0]) for term, weight in weights.items()}
+    if drive_inertia is not None:
+        added = velocities.matrix.T @ np.diag(drive_inertia) @ velocities.matrix
+        for i, j in np.argwhere(np.triu(added)).tolist():
+            constant = EnergyTerm(i, j, ())
+            energies[constant] = energies.get(constant, 0.0) + float(added[i, j])
+    return _without_round_off(energies)
 
 
 def energy_weights(

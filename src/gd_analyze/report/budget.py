@@ -62,8 +62,8 @@ class BudgetPath:
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position."""
         model = findings.model
-        joint_terms = model.form.velocities.in_joint_velocities(self.torques(findings, k))
-        return element_formulas(joint_terms, model.arm.drive_inertia.tolist() if model.drives else ())
+        drives = model.arm.drive_inertia.tolist() if model.drives else ()
+        return element_formulas(model.form.printed(self.torques(findings, k)), drives)
 
     def proofs(self, findings: Findings) -> list[str]:
         """What is known of each model near the motion."""

@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import MANY_TERMS, TooManyTermsError, candidates_of
+from gd_analyze.simplification.candidates import (
+    MANY_TERMS,
+    TooManyTermsError,
+    candidates_of,
+    costs_together,
+    numbers_of,
+    of_any,
+)
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
@@ -101,16 +108,16 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     level, form, thinned = model.level, model.form, exact.thinned(_SETTINGS.most_states)
     assert isinstance(level, CandidateLevel)
     listed, allowed = list(model.terms), model.accuracy.allowed
+    numbers = numbers_of(level, form, listed)
     torque = model.torque(*thinned.states.arrays)
     base = (thinned.torque - torque).T / allowed[:, None]
     if thinned.states.weights is not None:
         base = base * thinned.states.weights.T
-    effects = level.term_torques(form, model.terms).at(thinned.states).over(allowed)
-    needed = level.indispensable(form, listed)
-    stays = np.array([term in needed for term in listed], dtype=bool)
-    selection = Selection(
-        TermChoice(effects, base, level.costs(form, listed, 0)), np.ones(len(listed), dtype=bool)
-    )
+    effects = level.term_torques(form, model.terms, numbers).at(thinned.states).over(allowed)
+    choice = TermChoice(effects, base, costs_together(level.costs(form, listed, 0), numbers))
+    stays = of_any(level.indispensable(form, listed), listed, numbers)
+    selection = Selection(choice, np.ones(len(choice), dtype=bool))
     for factor in np.geomspace(1.0, _SETTINGS.largest_factor, _SETTINGS.steps + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
-        yield factor, {listed[k]: model.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}
+        rows = np.flatnonzero(selection.selected[numbers]).tolist()
+        yield factor, {listed[row]: model.terms[listed[row]] for row in rows}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,8 +15,16 @@ from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.identity import largest_difference
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Energies, Torques
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
+from gd_analyze.harmonics.squares import Squares
+from gd_analyze.harmonics.terms import (
+    DYNAMICS_QUANTITIES,
+    Energies,
+    EnergyTerm,
+    Torques,
+    TorqueTerm,
+    Velocity,
+)
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.operations.functions import (
     Functions,
@@ -57,6 +65,8 @@ _SETTINGS = _ExactSettings()
 
 # Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
 MOST_TERMS = 60_000
+# Relative difference up to which a constant of D is the drive's inertia alone.
+_EQUAL_DRIVES = 1e-12
 # Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
 REWRITTEN = 1e-11
 
@@ -123,6 +133,15 @@ class ExactForm:
         return {term: weight for term, weight in self.torques.items() if term.is_upper}
 
     @cached_property
+    def in_joint_velocities(self) -> ExactForm:
+        """The same dynamics with terms in the joints' own velocities; equal if no axes are parallel."""
+        return JointForm(self.arm, self.drives, absolute=self) if self.velocities.before else self
+
+    def torques_of_energy(self, term: EnergyTerm) -> Torques:
+        """Torque terms of one energy term with unit coefficient."""
+        return torques_of(term, self.velocities)
+
+    @cached_property
     def program(self) -> Program:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
         (program,) = self._kept(["torque"], self._shortest_torque, (self.recursion,))
@@ -136,6 +155,20 @@ class ExactForm:
         """
         references = functions_of(self.recursion, self.arm.n_joints, symmetric=True)
         return Functions(*self._kept(DYNAMICS_QUANTITIES, self._shortest_functions, references))
+
+    @cached_property
+    def squares(self) -> Squares:
+        """The form of squares in which D, h and c are printed; the drives' inertia, a constant, stands apart."""
+        exact = dict(self.velocities.in_joint_velocities(self.torques))
+        for joint, inertia in enumerate(() if self.drive_inertia is None else self.drive_inertia.tolist()):
+            constant = TorqueTerm(joint, (Velocity(2, joint),), ())
+            if inertia and abs(exact.get(constant, inertia) - inertia) <= _EQUAL_DRIVES * inertia:
+                exact.pop(constant, None)
+        return Squares.of(exact)
+
+    def printed(self, torques: Torques) -> Torques:
+        """Torques as D, h and c print: in joint velocities, with squares in one form."""
+        return self.squares.sum(self.velocities.in_joint_velocities(torques))
 
     def _kept(
         self, names: Sequence[str], write: Callable[[], Programs], references: Sequence[Program]
@@ -225,6 +258,52 @@ def _is_shorter_form(program: Program, reference: Program, is_revolute: Sequence
     difference, size = largest_difference(program, reference, is_revolute, REWRITTEN)
     # An output that is zero up to round-off has that of the others.
     return bool((difference <= REWRITTEN * size.max()).all())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointForm(ExactForm):
+    """Exact dynamics with terms in the joints' own velocities; all else is that of the absolute ones."""
+
+    absolute: ExactForm = field(kw_only=True)
+
+    @cached_property
+    def velocities(self) -> AbsoluteVelocities:
+        """Every joint by itself."""
+        return AbsoluteVelocities.of_joints(self.arm.n_joints)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return self.absolute.velocities.in_joint_velocities(self.absolute.torques)
+
+    def torques_of_energy(self, term: EnergyTerm) -> Torques:
+        """Torque terms of one energy term with unit coefficient."""
+        return self.absolute.velocities.in_joint_velocities(self.absolute.torques_of_energy(term))
+
+    @property
+    def harmonics(self) -> Harmonics:  # type: ignore[override]
+        """The dynamics as sums of basis functions."""
+        return self.absolute.harmonics
+
+    @property
+    def energies(self) -> Energies:  # type: ignore[override]
+        """Every term of the energies, in absolute velocities, and its coefficient."""
+        return self.absolute.energies
+
+    @property
+    def program(self) -> Program:  # type: ignore[override]
+        """Its torque in the fewest operations known."""
+        return self.absolute.program
+
+    @property
+    def functions(self) -> Functions:  # type: ignore[override]
+        """D, h and c in the fewest operations known."""
+        return self.absolute.functions
+
+    @property
+    def squares(self) -> Squares:  # type: ignore[override]
+        """The form of squares."""
+        return self.absolute.squares
 
 
 def shipped_name(form: ExactForm) -> str:

@@ -192,7 +192,13 @@ class ExactDynamics:
         """The same with weights (N, n) of errors, see `States.weights`; equal if None."""
         if weights is None and self.states.weights is None:
             return self
-        dynamics = replace(self, states=replace(self.states, weights=weights))
+        return self._with_computed(replace(self, states=replace(self.states, weights=weights)))
+
+    def with_form(self, form: ExactForm) -> ExactDynamics:
+        """The same at the same states, with terms in other velocities."""
+        return self if form is self.form else self._with_computed(replace(self, form=form))
+
+    def _with_computed(self, dynamics: ExactDynamics) -> ExactDynamics:
         computed = {name: value for name, value in vars(self).items() if name not in vars(dynamics)}
         vars(dynamics).update(computed)
         return dynamics

@@ -41,6 +41,7 @@ class SearchOptions:
     effort: float = 1.0  # number of attempts, relative to the usual
     # Successive selections, which a search continues and extends.
     selections: list[Terms] | None = None
+    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
     most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     within: float | None = None  # level fast: seconds after which the search ends with the best that holds

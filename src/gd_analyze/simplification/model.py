@@ -178,7 +178,7 @@ class SimplifiedModel:
 
         Raises a ModelError if its level has no torque terms.
         """
-        torques = self.form.velocities.in_joint_velocities(self.torques)
+        torques = self.form.printed(self.torques)
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
         factors = {factor for term in torques for factor in term.monomial}
         return Written(element_formulas(torques, drives), factor_legend(factors))

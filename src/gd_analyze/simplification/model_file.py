@@ -30,7 +30,7 @@ from gd_analyze.simplification.accuracy import (
     Proven,
     SearchStep,
 )
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact import ExactForm, JointForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel, require_model
@@ -141,6 +141,7 @@ class ModelDocument(Checked):
     format: Literal["gd-analyze simplified model"]
     version: Literal[6]
     level: str
+    velocities: Literal["absolute", "joint"]  # those of the terms
     drives: bool
     refitted: bool
     budget: str
@@ -168,6 +169,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         format=MODEL_FORMAT,
         version=VERSION,
         level=model.level.name,
+        velocities="joint" if isinstance(model.form, JointForm) else "absolute",
         drives=model.drives,
         refitted=model.refitted,
         budget=accuracy.budget,
@@ -226,6 +228,7 @@ def _certificate(model: SimplifiedModel) -> _Certificate | None:
 def _model_of(document: ModelDocument) -> SimplifiedModel:
     level = LEVELS[document.level]
     form = ExactForm(arm_from_description(document.arm), document.drives)
+    form = form.in_joint_velocities if document.velocities == "joint" else form
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(form.arm.n_joints)}
     allowed, errors, spread = _stated(document.errors)
     return SimplifiedModel(
