@@ -181,6 +181,8 @@ def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
             constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
             _, at_constant, at_double = np.intersect1d(group[constants], group[doubles], return_indices=True)
             constants, doubles = constants[at_constant], doubles[at_double]
+            both = (np.abs(weights[constants, 0]) > close / 2.0) & (np.abs(weights[doubles, 0]) > close / 2.0)
+            constants, doubles = constants[both], doubles[both]
             # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second form if only it cancels the constant.
             with_cos, with_sin = (
                 np.abs(weights[constants, 0] - sign * weights[doubles, 0]) <= close for sign in (1.0, -1.0)
@@ -269,9 +271,9 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
             continue
         if product[0].kind == "sin":
             out[Factor("cos", half), Factor("sin", half)] = 2.0 * out.pop(product)
-        else:
+        elif abs(out[product][0]) > close / 2.0:
             doubles.append((product, half))
-    if not doubles or () not in out:
+    if not doubles or () not in out or abs(out[()][0]) <= close / 2.0:
         return out
     constant = out.pop(())
     weights = [out.pop(product) for product, _ in doubles]

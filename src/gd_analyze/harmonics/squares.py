@@ -10,14 +10,14 @@ from collections import defaultdict
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import compress
 from typing import NamedTuple
 
-from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, half_of
+from gd_analyze.harmonics.terms import CANCELLED_SHARE, Factor, Monomial, Torques, TorqueTerm, half_of
 
 _Angle = tuple[int, ...]
-
-# Share of its summands' magnitudes below which a sum of a few terms counts as cancelled.
-_CANCELLED_SHARE = 1e-13
+# A term without the factors of an angle, and the angle.
+_Place = tuple[TorqueTerm, _Angle]
 
 
 class _Forms(NamedTuple):
@@ -34,38 +34,40 @@ class _Forms(NamedTuple):
 class Squares:
     """Where S^2 and cos(2 a) are written by 1 and C^2: at these terms, for these angles, without either."""
 
-    rewritten: Container[tuple[TorqueTerm, _Angle]]
+    rewritten: Container[_Place]
 
     @classmethod
     def of(cls, exact: Iterable[TorqueTerm]) -> Squares:
         """Decide by the exact terms of D, h and c."""
-        elements = defaultdict[TorqueTerm, set[Monomial]](set)
+        elements = defaultdict[TorqueTerm, list[TorqueTerm]](list)
         for term in exact:
-            elements[term._replace(monomial=())].add(term.monomial)
-        rewritten: set[tuple[TorqueTerm, _Angle]] = set()
-        for element, monomials in elements.items():
-            for angle in sorted({angle for monomial in monomials for angle in _angles(monomial)}):
-                forms = _forms(angle)
-                alike = ((), forms.cosines, forms.sines, forms.double_cosine)
-                for monomial in monomials:
-                    cofactor, form = _parted(monomial, angle)
-                    others = (_product(cofactor, other) for other in alike if other != form)
-                    if form in alike[2:] and not monomials.isdisjoint(others):
-                        rewritten.add((element._replace(monomial=cofactor), angle))
-                terms = (element._replace(monomial=monomial) for monomial in monomials)
-                monomials = {new for term in terms for new in _written(term, angle, rewritten)}
+            elements[term._replace(monomial=())].append(term)
+        rewritten = set[_Place]()
+        for terms in elements.values():
+            # What is rewritten may stand beside other squares.
+            while more := _side_by_side({new for term in terms for new in cls(rewritten).written(term)}):
+                rewritten |= more
         return cls(rewritten)
 
     def written(self, term: TorqueTerm) -> dict[TorqueTerm, float]:
         """Write a term as a sum of terms, with their factors."""
-        parts = {term.monomial: 1.0}
         for angle in sorted(_angles(term.monomial)):
-            sums = defaultdict[Monomial, float](float)
+            forms = _forms(angle)
+            beside, form = _parted(term, angle)
+            if form == forms.double_sine:
+                parts = {_with(beside, forms.mixed): 2.0}
+            elif form == forms.sines and (beside, angle) in self.rewritten:
+                parts = {beside: 1.0, _with(beside, forms.cosines): -1.0}
+            elif form == forms.double_cosine and (beside, angle) in self.rewritten:
+                parts = {beside: -1.0, _with(beside, forms.cosines): 2.0}
+            else:
+                continue
+            out = defaultdict[TorqueTerm, float](float)
             for part, weight in parts.items():
-                for new, factor in _written(term._replace(monomial=part), angle, self.rewritten).items():
-                    sums[new] += weight * factor
-            parts = sums
-        return {term._replace(monomial=part): weight for part, weight in parts.items()}
+                for new, factor in self.written(part).items():
+                    out[new] += weight * factor
+            return out
+        return {term: 1.0}
 
     def sum(self, torques: Torques) -> dict[TorqueTerm, float]:
         """Write a sum of terms; those that cancel are left out."""
@@ -74,7 +76,7 @@ class Squares:
             for new, factor in self.written(term).items():
                 sums[new] += factor * weight
                 sizes[new] += abs(factor * weight)
-        return {term: value for term, value in sums.items() if abs(value) > _CANCELLED_SHARE * sizes[term]}
+        return {term: value for term, value in sums.items() if abs(value) > CANCELLED_SHARE * sizes[term]}
 
 
 @lru_cache
@@ -94,27 +96,27 @@ def _angles(monomial: Monomial) -> set[_Angle]:
     return squared | {half for half in halves if half is not None}
 
 
-def _parted(monomial: Monomial, angle: _Angle) -> tuple[Monomial, Monomial]:
-    """The factors beside an angle, and those of the angle or its double."""
+def _parted(term: TorqueTerm, angle: _Angle) -> tuple[TorqueTerm, Monomial]:
+    """A term without the factors of an angle and its double, and these."""
     own = {angle, _forms(angle).double_cosine[0].multiples}
-    is_own = [factor.kind != "power" and factor.multiples in own for factor in monomial]
-    beside = tuple(factor for factor, mine in zip(monomial, is_own, strict=True) if not mine)
-    return beside, tuple(factor for factor, mine in zip(monomial, is_own, strict=True) if mine)
+    is_own = [factor.kind != "power" and factor.multiples in own for factor in term.monomial]
+    beside = tuple(compress(term.monomial, (not mine for mine in is_own)))
+    return term._replace(monomial=beside), tuple(compress(term.monomial, is_own))
 
 
-def _product(first: Monomial, second: Monomial) -> Monomial:
-    return tuple(sorted(first + second))
+def _with(term: TorqueTerm, factors: Monomial) -> TorqueTerm:
+    return term._replace(monomial=tuple(sorted(term.monomial + factors)))
 
 
-def _written(
-    term: TorqueTerm, angle: _Angle, rewritten: Container[tuple[TorqueTerm, _Angle]]
-) -> dict[Monomial, float]:
-    """Monomials of a term after the squares of one angle, and their factors."""
-    forms = _forms(angle)
-    beside, form = _parted(term.monomial, angle)
-    if form == forms.double_sine:
-        return {_product(beside, forms.mixed): 2.0}
-    if form in (forms.sines, forms.double_cosine) and (term._replace(monomial=beside), angle) in rewritten:
-        sign, share = (1.0, -1.0) if form == forms.sines else (-1.0, 2.0)
-        return {beside: sign, _product(beside, forms.cosines): share}
-    return {term.monomial: 1.0}
+def _side_by_side(terms: set[TorqueTerm]) -> set[_Place]:
+    """Where S^2 or cos(2 a) stands beside 1, C^2 or the other."""
+    out = set()
+    for term in terms:
+        for angle in _angles(term.monomial):
+            forms = _forms(angle)
+            beside, form = _parted(term, angle)
+            alike = ((), forms.cosines, forms.sines, forms.double_cosine)
+            others = (_with(beside, other) for other in alike if other != form)
+            if form in alike[2:] and not terms.isdisjoint(others):
+                out.add((beside, angle))
+    return out

@@ -1,8 +1,8 @@
 """Candidates for dropping: the terms of a level, with their torques and costs at states.
 
-Terms that cancel in the printed equations are one candidate: without one of them the other would print what
-no equation of the arm has. An arm of seven general joints has tens of thousands of terms. Those too small to be weighed one by one are
-dropped together beforehand, within a share of the budget.
+Terms that cancel in the printed equations are one candidate: without the others each would print what no
+equation of the arm has. An arm of seven general joints has tens of thousands of terms. Those too small to be
+weighed one by one are dropped together beforehand, within a share of the budget.
 """
 
 from __future__ import annotations

@@ -158,7 +158,7 @@ class ExactForm:
 
     @cached_property
     def squares(self) -> Squares:
-        """The form of squares in which D, h and c are printed; the drives' inertia, a constant, stands apart."""
+        """The form of squares in which D, h and c are printed, beside the drives' inertia."""
         exact = dict(self.velocities.in_joint_velocities(self.torques))
         for joint, inertia in enumerate(() if self.drive_inertia is None else self.drive_inertia.tolist()):
             constant = TorqueTerm(joint, (Velocity(2, joint),), ())
@@ -281,27 +281,27 @@ class JointForm(ExactForm):
         return self.absolute.velocities.in_joint_velocities(self.absolute.torques_of_energy(term))
 
     @property
-    def harmonics(self) -> Harmonics:  # type: ignore[override]
+    def harmonics(self) -> Harmonics:
         """The dynamics as sums of basis functions."""
         return self.absolute.harmonics
 
     @property
-    def energies(self) -> Energies:  # type: ignore[override]
+    def energies(self) -> Energies:
         """Every term of the energies, in absolute velocities, and its coefficient."""
         return self.absolute.energies
 
     @property
-    def program(self) -> Program:  # type: ignore[override]
+    def program(self) -> Program:
         """Its torque in the fewest operations known."""
         return self.absolute.program
 
     @property
-    def functions(self) -> Functions:  # type: ignore[override]
+    def functions(self) -> Functions:
         """D, h and c in the fewest operations known."""
         return self.absolute.functions
 
     @property
-    def squares(self) -> Squares:  # type: ignore[override]
+    def squares(self) -> Squares:
         """The form of squares."""
         return self.absolute.squares
 

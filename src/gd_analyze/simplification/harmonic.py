@@ -15,6 +15,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
 from gd_analyze.harmonics.lagrangian import summed, torques_of
+from gd_analyze.harmonics.squares import Squares
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
@@ -88,12 +89,15 @@ class HarmonicLevel(CandidateLevel):
         return torque_program(form.velocities, self.torques(form, terms), effort)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Torques in absolute velocities, terms with the same velocities in brackets before them."""
-        return torque_formulas(form.velocities, self.torques(form, terms))
+        """Torques in the velocities of the terms; those with the same velocities in brackets before them."""
+        return torque_formulas(form.velocities, self._printed(form, terms))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Absolute velocities, sines and cosines."""
-        return torque_legend(form.velocities, self.torques(form, terms))
+        return torque_legend(form.velocities, self._printed(form, terms))
+
+    def _printed(self, form: ExactForm, terms: Terms) -> Torques:
+        return Squares.of(form.torques).sum(self.torques(form, terms))
 
 
 class _TorqueEntry(Checked):
