@@ -21,7 +21,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.coordinates import in_shorter_velocities
+from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
@@ -165,16 +165,25 @@ class _Rounds:
     stage: Callable[[str], object]
 
     def held(self, options: SearchOptions) -> Held:
-        """Fit and test until a model holds."""
-        n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
-        share = np.ones(n)
+        """Fit and test until a model holds; in absolute velocities and, where it may pay, in joint ones."""
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
         lower, upper, weights = self.region.pieces(_SETTINGS.drawn_states, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
-        sample = first = in_shorter_velocities(self.exact.joined_by(drawn, weights), allowed, options)
-        exact = self.exact.with_form(first.form)
+        sample = self.exact.joined_by(drawn, weights)
+        trials = in_worthwhile_velocities(sample, self.exact.allowed(self.budget), options)
+        outcomes = [
+            replace(self, exact=self.exact.with_form(trial.form))._from(trial, options) for trial in trials
+        ]
+        whole = [held for held in outcomes if len(held.model.terms) <= options.most_terms] or outcomes[:1]
+        best = shortest([held.model for held in whole])
+        return next(held for held in whole if held.model is best)
+
+    def _from(self, first: ExactDynamics, options: SearchOptions) -> Held:
+        """Fit and test until a model holds, beginning at first states."""
+        n, allowed, sample = self.exact.arm.n_joints, self.exact.allowed(self.budget), first
+        share = np.ones(n)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(
             options,
@@ -194,7 +203,7 @@ class _Rounds:
             )
             model = replace(model, provenance=self.provenance)
             if len(model.terms) > options.most_terms:
-                return Held(with_gamma(exact, model), near=sample)
+                return Held(with_gamma(self.exact, model), near=sample)
             trial, states = self._over_region(model, allowed, turn)
             if self.progress is not None:
                 self.progress(1)
@@ -224,7 +233,7 @@ class _Rounds:
                 share = share * needed**_SETTINGS.shrink_power
             elif late >= 0:
                 share = np.where(exceeds, np.minimum(share, _SETTINGS.slight_shrink), share)
-        everything = with_gamma(exact, exactly(exact, options.level, allowed, str(self.budget)))
+        everything = with_gamma(self.exact, exactly(self.exact, options.level, allowed, str(self.budget)))
         return Held(replace(everything, provenance=self.provenance), near=first.joined_by(worst, counts))
 
     def _over_region(self, model: SimplifiedModel, allowed: FloatArray, turn: int) -> tuple[Held, FloatArray]:
@@ -265,8 +274,7 @@ class _Rounds:
 
     def _written(self, trial: Held, allowed: FloatArray, writing: Effort) -> Held:
         """Write the final program, and prove it."""
-        exact = self.exact.with_form(trial.model.form)
-        model = _finished(trial.model, exact, allowed, str(self.budget), writing)
+        model = _finished(trial.model, self.exact, allowed, str(self.budget), writing)
         certificate, errors = trial.certificate, trial.found
         if certificate is not None:
             certificate = self._proof(model, allowed, tighten=True)

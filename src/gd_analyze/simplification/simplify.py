@@ -9,7 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.coordinates import in_shorter_velocities
+from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast_search import fast_model
@@ -70,8 +70,9 @@ def simplify_exact(
         fast = fast_model(exact, exact.allowed(budget), str(budget), options, progress=progress, stage=stage)
         return replace(fast, provenance=dict(provenance or {}))
     stage(f"searching at level {options.level}")
-    exact = in_shorter_velocities(exact, exact.allowed(budget), options)
-    return replace(search_terms(exact, budget, options, progress), provenance=dict(provenance or {}))
+    trials = in_worthwhile_velocities(exact, exact.allowed(budget), options)
+    model = shortest([search_terms(trial, budget, options, progress) for trial in trials])
+    return replace(model, provenance=dict(provenance or {}))
 
 
 def search_terms(
