@@ -61,7 +61,7 @@ def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) ->
     """
     if not isinstance(model.level, CandidateLevel):
         return (model,)  # a program, or parts of elements, stands alone
-    models: list[SimplifiedModel] = []
+    exact, models = exact.with_form(model.form), list[SimplifiedModel]()
     for factor, trial in _along_terms(exact, model):
         allowed = factor * model.accuracy.allowed
         if trial is not model and not (trial.accuracy.errors.counting <= allowed).all():
