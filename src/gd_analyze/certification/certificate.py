@@ -93,10 +93,12 @@ class Certificate:
         limits = box.lower, box.upper, box.velocity, box.acceleration
         where = self.region.where, self.effort
         if tube is None or self.along is None:
-            return Proven(self.certified, *limits, *where)
+            return Proven(self.certified, *limits, *where, proven_here=True)
         worst = self.along.argmax(axis=0)
         pieces = np.stack([tube.lower[worst], tube.upper[worst]], axis=1)
-        return Proven(self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces)
+        return Proven(
+            self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces, proven_here=True
+        )
 
     @property
     def where(self) -> str:

@@ -31,6 +31,7 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
@@ -204,7 +205,8 @@ class ExportInput:
             constants["base_parameters"] = Constant(meaning, numbers, None)
         if self.model is not None:
             errors = self.model.accuracy.errors.largest.tolist()
-            meaning = "largest torque error at the states the model was fitted on"
+            stated = "" if self.model.accuracy.measured else f", {STATED}"
+            meaning = f"largest torque error at the states the model was fitted on{stated}"
             constants["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
             box, bounds = self.certificate.box, [*map(up, self.certificate.certified.tolist())]

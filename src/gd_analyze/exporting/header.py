@@ -9,6 +9,7 @@ from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import number
@@ -71,13 +72,15 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     if subject.model is None:
         yield "Exact: no error but rounding."
         return
-    yield "Torque errors, sampled where the model was fitted:"
+    measured = "sampled" if subject.model.accuracy.measured else STATED
+    yield f"Torque errors, {measured}, where the model was fitted:"
     fitted_on = subject.model.accuracy.fitted_on
     yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
     yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(subject.model))
     stated = subject.model.accuracy.certificate
     if stated is not None:
-        yield f"Proven, as the model's file states it: within {foreign(stated.where.replace('°', ' deg'))}"
+        word = "Proven" if stated.proven_here else f"Bound {STATED} and not proven again here"
+        yield f"{word}: within {foreign(stated.where.replace('°', ' deg'))}"
         if stated.trajectory_fingerprint:
             yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
         yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])

@@ -21,7 +21,7 @@ from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
+from gd_analyze.simplification.accuracy import STATED, Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import gammas
@@ -72,6 +72,7 @@ class SimplifiedModel:
         accuracy = self.accuracy
         joint = int(accuracy.shares.argmax())
         states = "set points" if "trajectory" in accuracy.fitted_on else "states tried"
+        states += "" if accuracy.measured else f", {STATED}"
         return (
             f"{self.operations.total} of {self.operations_full.total} operations, "
             f"{self.operations.sines_cosines} of {self.operations_full.sines_cosines} sines and cosines, "
