@@ -212,7 +212,6 @@ VIAS = [[0.1, 0.1], [0.2, 0.2]]
     [
         ({"duration": float("nan")}, "duration", "nan"),
         ({"n_set_points": 1}, "n_set_points", "1"),
-        ({"profile": "quintc"}, "profile", "quintc"),
         ({"goal": [[1.0, 1.0]]}, "goal", "shape (1, 2)"),
         ({"goal": ["a", 0.0]}, "goal", "['a', 0.0]"),
         ({"via": [[0.1, 0.1], [0.2, np.inf]]}, "via 2[1]", "inf"),

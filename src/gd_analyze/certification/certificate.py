@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField, harmonics_slack
@@ -128,6 +129,7 @@ class Certificate:
         return np.asarray(self.counting <= allowed)
 
 
+@strict
 @one_thread()
 def certify(
     model: SimplifiedModel,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arguments import require_word, strict
 from gd_analyze.arrays import FloatArray, array_of, require_possible
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label, limit_report
@@ -61,7 +62,9 @@ class Schedule:
     Raises
     ------
     TrajectoryError
-        If the profile is unknown or a number is impossible.
+        If a number is impossible.
+    UsageError
+        If the profile is unknown.
     """
 
     duration: float
@@ -70,9 +73,7 @@ class Schedule:
     via_times: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        if self.profile not in PROFILES:
-            message = f"there is no profile {self.profile!r}"
-            raise refusal(message, "profile", ", ".join(PROFILES), self.profile)
+        require_word(self.profile, PROFILES, "profile")
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST_SECONDS <= duration <= LARGEST:
             expected, value = f"a number from {_SHORTEST_SECONDS:g} s to {LARGEST:g} s", str(duration)
@@ -94,6 +95,7 @@ class Plan:
     shortest_duration: float | None
 
 
+@strict
 def plan(
     arm: RobotArm | str | Path,
     start: ArrayLike,
@@ -142,6 +144,8 @@ def plan(
     TrajectoryError
         If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a velocity or
         acceleration limit; the message then gives the shortest duration that meets them.
+    UsageError
+        If the profile is unknown.
     ArmError
         If there is no such arm.
 

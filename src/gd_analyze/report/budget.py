@@ -72,12 +72,12 @@ class BudgetPath:
             share, gamma = row["proven_share"], row["gamma"]
             if row["position"] >= 0 and share is not None and share <= 1.0:
                 used = percent(share_up(share))
-                sentence = f"Near the motion the model uses at most {used} of this budget (proven)."
+                sentence = f"Near the motion the model uses at most {used} of this budget ({findings.proof})."
                 out[row["position"]] = sentence if gamma is None else f"{sentence} Gamma {gamma_size(gamma)}."
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)
-            out[self.asked] = f"Torque error at most {worst.text} near the motion (proven)."
+            out[self.asked] = f"Torque error at most {worst.text} near the motion ({findings.proof})."
         return out
 
     def data(self, findings: Findings) -> dict[str, Any]:

@@ -230,7 +230,7 @@ def _errors(findings: Findings, numbers: PartNumbers) -> str:
         )
     title = "Torque error of each joint, up to this at the set points; the line is the budget"
     if proven is not None:
-        title += '<span class="only-this">, the diamond the error proven near the motion</span>'
+        title += f'<span class="only-this">, the diamond the bound near the motion ({findings.proof})</span>'
     return template("errors.html").format(
         caption=f"{numbers.of_table('errors')}{title}.",
         rows="".join(rows),

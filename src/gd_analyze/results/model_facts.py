@@ -14,7 +14,7 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import declared_column
-from gd_analyze.simplification.accuracy import NormShare, share_of
+from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import number, percent
 
@@ -169,8 +169,10 @@ def structure_note(model: SimplifiedModel) -> str:
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
-def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
-    """Errors that a model states for its joints, and proven bounds, N m, shape (n,), if known."""
+def joint_errors(
+    model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints", proof: str = PROVEN
+) -> Table:
+    """Errors that a model states for its joints, and bounds, N m, shape (n,), if known, proven or stated."""
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
@@ -189,7 +191,7 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
         Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),
     ]
     if proven is not None and is_proven and saves:
-        columns.append(Column("", "proven", proven, units, "bound"))
+        columns.append(Column("", proof, proven, units, "bound"))
         columns.append(Column("", share_label, accuracy.shares_of(proven), shown="bound_percent"))
     return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
 

@@ -16,8 +16,8 @@ from gd_analyze.text import amount, named_joints
 
 # Shares of the states for which PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm.
 USUAL_STATES = (0.95, 0.999)
-# What a file claims, and nobody has proven or measured again.
-STATED = "stated in the file"
+# Of a bound: what this process has shown, and what a file claims and nobody has proven or measured again.
+PROVEN, STATED = "proven", "stated in the file"
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 

@@ -6,6 +6,7 @@ import math
 import numbers
 from dataclasses import dataclass
 
+from gd_analyze.arguments import require_flags_of, require_word
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
@@ -22,9 +23,7 @@ def level_named(level: str | Level) -> Level:
     """Find a level by its name."""
     if isinstance(level, Level):
         return level
-    if level not in LEVELS:
-        expected = ", ".join(LEVELS)
-        raise UsageError("there is no such level", where="level", expected=expected, found=str(level))
+    require_word(level, LEVELS, "level")
     return LEVELS[level]
 
 
@@ -48,6 +47,7 @@ class SearchOptions:
     dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         level = level_named(self.level)
         object.__setattr__(self, "level", level)
         if self.refit and not level.has_torque_terms:

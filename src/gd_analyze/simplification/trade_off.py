@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
@@ -51,6 +52,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[LevelAndRefit, tuple[TradeOf
     return {kind: tuple(p for p in ordered if (p.level, p.refit) == kind) for kind in kinds}
 
 
+@strict
 @one_thread()
 def trade_off(
     exact: ExactDynamics,

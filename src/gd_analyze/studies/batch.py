@@ -10,9 +10,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
+from gd_analyze.arguments import require_words
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import (
     GdAnalyzeError,
@@ -133,9 +135,9 @@ def batch(
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
         rows, base_folder = checked_rows(table, "rows"), Path()
-    for kind, choices, names in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
-        for unknown in sorted(set(names) - set(choices)):
-            raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(choices))
+    require_words(formats, RESULT_FILES, "formats")
+    require_words(to, TABLES, "to")
+    require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
         raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
@@ -41,10 +42,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _Stated: TypeAlias = Literal["promise", "stated"]
-Verdict: TypeAlias = Literal["passed", "failed", "not judged"]
+Outcome: TypeAlias = Literal["passed", "failed", "not judged"]
 
 
-def is_passed(verdict: Verdict) -> bool | None:
+def is_passed(verdict: Outcome) -> bool | None:
     """The verdict as True, False, or None if there is none."""
     return None if verdict == "not judged" else verdict == "passed"
 
@@ -107,16 +108,16 @@ class EvaluatedMotion(ModelTorque):
         return np.zeros(len(self.counted), dtype=bool) if self.most is None else self.counted > self.most
 
     @property
-    def verdicts(self) -> tuple[Verdict, ...]:
-        """Verdict on each joint."""
+    def verdicts(self) -> tuple[Outcome, ...]:
+        """Outcome on each joint."""
         if self.strict and not self.judged.all():
             return tuple(["failed"] * len(self.counted))
-        words: list[Verdict] = ["failed" if fails else "passed" for fails in self.fails.tolist()]
+        words: list[Outcome] = ["failed" if fails else "passed" for fails in self.fails.tolist()]
         return tuple(words if self.most is not None else ["not judged"] * len(words))
 
     @property
-    def verdict(self) -> Verdict:
-        """Verdict on the motion: failed if a joint is."""
+    def verdict(self) -> Outcome:
+        """Outcome on the motion: failed if a joint is."""
         return "failed" if "failed" in self.verdicts else self.verdicts[0]
 
     @property
@@ -197,7 +198,7 @@ class Evaluation:
         return tuple(motion for motion in self.motions if not motion.judged.all())
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Outcome:
         """The verdict: failed if a motion is, not judged if none is."""
         verdicts = {motion.verdict for motion in self.motions}
         return "failed" if "failed" in verdicts else "passed" if "passed" in verdicts else "not judged"
@@ -285,6 +286,7 @@ class Evaluation:
         return html_of(repr(self), [*headings, "verdict"], rows)
 
 
+@strict
 @one_thread()
 def evaluate(
     model: SimplifiedModel,

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Protocol
 
+from gd_analyze.arguments import require_words, strict
 from gd_analyze.errors import UsageError, Warned, require_type
 from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
@@ -48,6 +49,7 @@ class _Silent:
     def warn(self, texts: Sequence[str]) -> None: ...
 
 
+@strict
 @one_thread()
 def analyze(
     arm: RobotArm | str | Path,
@@ -106,7 +108,7 @@ def analyze(
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
     require_type(settings, (Settings, NoneType), "settings", "a Settings object, or None")
-    require_type(formats, (list, tuple, set, frozenset), "formats", f"some of {', '.join(RESULT_FILES)}")
+    require_words(formats, RESULT_FILES, "formats")
     parsed = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, parsed)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
+from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@strict
 @one_thread()
 def simplify(
     arm: RobotArm | str | Path,
