@@ -12,7 +12,7 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactForm, too_many_terms
-from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
@@ -89,6 +89,7 @@ def trade_off(
         Points (`TradeOffPoint`) by kind and growing budget.
     """
     require_exact(exact)
+    warn_of_torques(exact)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)

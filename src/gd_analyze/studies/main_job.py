@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 from types import NoneType
@@ -35,9 +35,6 @@ class JobProgress(StepProgress, Protocol):
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Take the first answer, the result of `rank` at a budget, while models are searched."""
 
-    def warn(self, texts: Sequence[str]) -> None:
-        """Take the warnings of a step that has ended."""
-
 
 class _Silent:
     def __call__(self, label: str, total: int | None = None) -> None: ...
@@ -45,8 +42,6 @@ class _Silent:
     def advance(self, steps: int) -> None: ...
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None: ...
-
-    def warn(self, texts: Sequence[str]) -> None: ...
 
 
 @strict
@@ -93,6 +88,11 @@ def analyze(
     GdAnalyzeError
         As for `find`.
 
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of all that is suspicious about arm and motion; `Findings.warnings` has the same.
+
     Examples
     --------
     >>> import gd_analyze as gd
@@ -114,11 +114,13 @@ def analyze(
         return find(arm, trajectory, parsed)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
-    folder, arm = path_of(out), arm_of(arm)
-    motion = trajectory_of(trajectory, arm)
+    folder, warned = path_of(out), Warned()
+    with warned.collecting():
+        arm = arm_of(arm)
+        motion = trajectory_of(trajectory, arm)
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-    findings = find(arm, motion, parsed)
+    findings = find(arm, motion, parsed, warned=warned.texts)
     del motion  # the findings hold what is shown of a long one, whose memory the reports can use
     write_findings(findings, folder, formats, strangers)
     return findings
@@ -160,12 +162,11 @@ def find(
         disagrees with Pinocchio.
     """
     progress = progress or _Silent()
-    warned_so_far = Warned(list(dict.fromkeys(warned)), progress.warn)
+    warned_so_far = Warned(list(dict.fromkeys(warned)))
     settings = settings or Settings()
 
-    # What is suspicious in the files themselves is told by whoever reads them.
-    inputs = read_step(arm, trajectory, settings, command)
     with warned_so_far.collecting():
+        inputs = read_step(arm, trajectory, settings, command)
         warn_of_inputs(inputs)
         dynamics = decompose_step(inputs, progress)
     with warned_so_far.collecting():
