@@ -1,4 +1,4 @@
-"""Python hears what the terminal hears: the same warnings, job by job, at the line that called the library."""
+"""Python hears what the terminal hears: the same warnings, job by job, at the line of the call."""
 
 from __future__ import annotations
 

@@ -99,7 +99,8 @@ def proven_again(
         next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
         raise UsageError("the model states no certificate", where="--check", next_step=next_step)
     region = stated_region(model, [motion] if motion else [])
-    if region is None:
+    is_other = isinstance(region, Tube) and motion is not None and motion.fingerprint != region.fingerprint
+    if region is None or is_other:
         raise UsageError(
             "the certificate is for another motion",
             where="--check",
