@@ -246,7 +246,8 @@ def frozen(made: Recording) -> None:
 
 
 def still(made: Recording) -> None:
-    made.q = made.q[:1] + 1e-5 * np.random.default_rng(1).normal(size=made.q.shape)
+    made.time = made.time[:150]
+    made.q = made.q[:1] + 1e-5 * np.random.default_rng(1).normal(size=(150, N))
 
 
 def backwards(made: Recording) -> None:
