@@ -86,8 +86,9 @@ def refused(path: Path) -> ModelError:
     return caught.value
 
 
-@examples(7)
-@given(arms_with_states(max_joints=4), st.sampled_from(list(LEVELS.values())))
+@pytest.mark.parametrize("level", LEVELS.values(), ids=str)
+@examples(3)
+@given(case=arms_with_states(max_joints=4))
 def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
     arm, states = case
     model = exact_model(arm, level=level)
@@ -660,13 +661,10 @@ def test_a_certificate_is_about_its_own_motion(two_link, around, path, swing):
         proven_again(exact_model(two_link))
 
 
-@examples(12)
-@given(
-    arms(max_joints=4),
-    st.sampled_from([LEVELS["term"], LEVELS["energy"]]),
-    st.sampled_from([ROUGH, COUNTING, FINAL]),
-    st.integers(0, 2**32 - 1),
-)
+@pytest.mark.parametrize("level", [LEVELS["term"], LEVELS["energy"]], ids=str)
+@pytest.mark.parametrize("effort", [ROUGH, COUNTING, FINAL])
+@examples(3)
+@given(arm=arms(max_joints=4), seed=st.integers(0, 2**32 - 1))
 def test_what_the_tool_writes_fits_however_it_is_written(arm, level, effort, seed):
     random = np.random.default_rng(seed)
     form = ExactForm(arm)

@@ -72,8 +72,8 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     if subject.model is None:
         yield "Exact: no error but rounding."
         return
-    measured = "sampled" if subject.model.accuracy.measured else STATED
-    yield f"Torque errors, {measured}, where the model was fitted:"
+    known = "sampled" if subject.model.accuracy.measured else f"{STATED},"
+    yield f"Torque errors, {known} where the model was fitted:"
     fitted_on = subject.model.accuracy.fitted_on
     yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
     yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(subject.model))
@@ -85,7 +85,10 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
             yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
         yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])
     if subject.certificate is None:
-        yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {subject.unproven}."
+        scope = " for other states"
+        if stated is not None:
+            scope = " for further states" if stated.proven_here else " here"
+        yield f"Nothing is proven{scope}: {subject.unproven}."
         return
     # Joint by joint: one text for many joints would be cut.
     where = ", ".join(map(foreign, subject.certificate.box.where.split(", ")))

@@ -69,7 +69,7 @@ class Latex(Language):
             "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in subject.arm.joints],
             "lines": [line for formula in formulas for line in _lines(formula)],
             "legend": printer.legend(legend),
-            "sampled": "Sampled" if model is None or model.accuracy.measured else STATED.capitalize(),
+            "sampled": "Sampled" if model is None or model.accuracy.measured else f"{STATED.capitalize()},",
             "errors": [] if subject.model is None else sampled_rows(subject.model),
             "bounds": [] if subject.certificate is None else proven_rows(subject.certificate),
             "digits": _COEFFICIENT_DIGITS,

@@ -68,7 +68,7 @@ def evaluation_result(
             Fact("fail_over", "", limit or None),
             Fact("strict", "", evaluation.strict),
             Fact("passed", "", evaluation.passed),
-            Fact("limits", "", STATED if evaluation.unchecked else "known here"),
+            Fact("limits", "", STATED if evaluation.unchecked else "checked here"),
             Fact(
                 "",
                 "Errors above it" if evaluation.failures else "",
@@ -309,7 +309,7 @@ def junit_xml(evaluation: Evaluation) -> str:
             "box": evaluation.box.where,
             "set points outside the box": int(motion.outside.sum()),
             "verdict": motion.verdict,
-            "limits": STATED if motion.limit.unchecked else "known here",
+            "limits": STATED if motion.limit.unchecked else "checked here",
         }.items():
             ElementTree.SubElement(properties, "property", name=name, value=visible(str(value)))
         for i, joint in enumerate(model.arm.joints):
