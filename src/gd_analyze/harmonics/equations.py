@@ -8,7 +8,9 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from gd_analyze.arrays import FloatArray, falling
+import numpy as np
+
+from gd_analyze.arrays import falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
@@ -134,25 +136,19 @@ def _equation(
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
     noise = harmonics.noise[1] if kind == "c" else harmonics.noise[0] * (DEGREE if kind == "h" else 1)
-    if kind == "D":
-        weights = products.inertia(*indices)
-    elif kind == "h":
-        weights = products.christoffel(*indices)
-    else:
-        weights = products.gravity_loading(*indices)
-    sizes = [abs(float(row[0])) * _largest_value(arm, factors) for factors, row in weights.items()]
-    largest = max(sizes, default=0.0)
-    terms = [
-        _term(factors, row, noise, size / largest)
-        for (factors, row), size in zip(weights.items(), sizes, strict=True)
-        if size >= min_share * largest
-    ]
+    of_kind = {"D": products.inertia, "h": products.christoffel, "c": products.gravity_loading}
+    monomials, weights = of_kind[kind](*indices)
+    sizes = np.abs(weights[:, 0]) * [_largest_value(arm, factors) for factors in monomials]
+    shares = sizes / sizes.max(initial=0.0)
+    large = np.flatnonzero(shares >= min_share)
+    rows = zip(large.tolist(), weights[large].tolist(), shares[large].tolist(), strict=True)
+    terms = [_term(monomials[place], row, noise, share) for place, row, share in rows]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
 
 
-def _term(factors: Monomial, row: FloatArray, noise: float, share: float) -> EquationTerm:
-    coefficient, translation, rotation, *links = row.tolist()
+def _term(factors: Monomial, row: list[float], noise: float, share: float) -> EquationTerm:
+    coefficient, translation, rotation, *links = row
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
     acting = tuple(s for s, value in enumerate(links, start=1) if abs(value) > noise)
