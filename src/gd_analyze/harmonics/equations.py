@@ -14,7 +14,7 @@ from gd_analyze.arrays import falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.element_products import ElementProducts
+from gd_analyze.harmonics.element_products import ElementProducts, Products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
@@ -136,6 +136,7 @@ def _equation(
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
     noise = harmonics.noise[1] if kind == "c" else harmonics.noise[0] * (DEGREE if kind == "h" else 1)
+    of_kind: dict[str, Callable[..., Products]]
     of_kind = {"D": products.inertia, "h": products.christoffel, "c": products.gravity_loading}
     monomials, weights = of_kind[kind](*indices)
     sizes = np.abs(weights[:, 0]) * [_largest_value(arm, factors) for factors in monomials]

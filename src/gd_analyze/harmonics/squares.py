@@ -54,7 +54,7 @@ class Squares:
 
     def written(self, term: TorqueTerm) -> dict[TorqueTerm, float]:
         """Write a term as a sum of terms, with their factors."""
-        for angle in sorted(_angles(term.monomial)):
+        for angle in _angles(term.monomial):
             forms = _forms(angle)
             beside, form = _parted(term, angle)
             if form == forms.double_sine:
@@ -95,19 +95,12 @@ def has_squares(monomial: Monomial) -> bool:
     return bool(_angles(monomial))
 
 
-def _angles(monomial: Monomial) -> set[_Angle]:
-    """Angles whose sine is squared, or whose double has a sine or cosine."""
-    out = {first.multiples for first, second in pairwise(monomial) if first == second and first.kind == "sin"}
-    for factor in monomial:
-        half = _half(factor)
-        if half is not None:
-            out.add(half)
-    return out
-
-
-@lru_cache(maxsize=1 << 12)
-def _half(factor: Factor) -> _Angle | None:
-    return half_of((factor,))
+@lru_cache(maxsize=1 << 14)
+def _angles(monomial: Monomial) -> tuple[_Angle, ...]:
+    """Angles whose sine is squared, or whose double has a sine or cosine, ascending."""
+    squared = [one.multiples for one, other in pairwise(monomial) if one == other and one.kind == "sin"]
+    halves = (half_of((factor,)) for factor in monomial)
+    return tuple(sorted({*squared, *(half for half in halves if half is not None)}))
 
 
 def _parted(term: TorqueTerm, angle: _Angle) -> tuple[TorqueTerm, Monomial]:
