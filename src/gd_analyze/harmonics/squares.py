@@ -45,11 +45,12 @@ class Squares:
         rewritten = set[_Place]()
         for terms in elements.values():
             with_squares = {term for term in terms if has_squares(term.monomial)}
-            others, written = terms - with_squares, with_squares
-            # What is rewritten may stand beside other squares.
-            while more := _side_by_side(written, others):
-                rewritten |= more
+            while True:  # what is rewritten may stand beside other squares
                 written = {new for term in with_squares for new in cls(rewritten).written(term)}
+                more = _side_by_side(written, terms - with_squares)
+                if not more:
+                    break
+                rewritten |= more
         return cls(rewritten)
 
     def written(self, term: TorqueTerm) -> dict[TorqueTerm, float]:
