@@ -111,6 +111,7 @@ class Node:
     where: Location
     children: list[Node] = field(default_factory=list)
     content: str = ""
+    places: dict[str, Location] = field(default_factory=dict)  # of attributes that stand elsewhere
 
     def all(self, *tags: str) -> list[Node]:
         """Children with any of these tags."""
@@ -141,7 +142,8 @@ class Node:
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
         problem = f"{key} of <{self.tag}> is not {expected}" + ("" if least < 0 else ", 0 or more")
         stated = repr(self.attributes[key]) if key in self.attributes else "nothing"
-        raise ArmError(problem, where=self.where, found=stated, next_step="fix the attribute there")
+        where = self.places.get(key, self.where)
+        raise ArmError(problem, where=where, found=stated, next_step="fix the attribute there")
 
     def is_not_zero(self, key: str) -> bool:
         """Whether an attribute is stated and is not 0."""

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from numpy.polynomial import Polynomial
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.outlines import outline
@@ -168,5 +169,5 @@ def _joint(node: Node, notes: Notes) -> Node:
         bare.children.append(dynamics.kept((), values))
     for mimic in node.all("mimic")[:1]:
         (multiplier,), (offset,) = mimic.numbers("multiplier", 1, "1"), mimic.numbers("offset", 1, "0")
-        notes.mimics[name] = Mimic(mimic.attributes.get("joint", ""), multiplier, offset)
+        notes.mimics[name] = Mimic(mimic.attributes.get("joint", ""), Polynomial([offset, multiplier]))
     return bare
