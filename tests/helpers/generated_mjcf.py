@@ -1,4 +1,4 @@
-"""MJCF of random arms that use what the format allows: defaults in classes, shapes, settings of the compiler."""
+"""MJCF of random arms that use what the format allows: classes of defaults, shapes, compiler settings."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 FEATURES = (
     "radian", "eulerseq", "shell", "classes", "childclass", "density", "sizes of a default", "fromto",
-    "inertia from shapes", "groups", "settotalmass", "boundmass", "boundinertia", "balanceinertia", "reference",
-    "two joints", "slide", "fixed bodies", "full inertia", "actuators", "gravity", "turned default",
-    "later compiler", "massless bodies", "joint default", "turned shapes", "turned bodies", "stated inertia",
-    "default of shapes", "later default", "gear of a default",
+    "inertia from shapes", "groups", "settotalmass", "boundmass", "boundinertia", "balanceinertia",
+    "reference", "two joints", "slide", "fixed bodies", "full inertia", "actuators", "gravity",
+    "turned default", "later compiler", "massless bodies", "joint default", "turned shapes", "turned bodies",
+    "stated inertia", "default of shapes", "later default", "gear of a default",
 )  # fmt: skip
 
 
@@ -70,7 +70,9 @@ class _Writer:
         compilers = [f"<compiler {stated}/>"]
         if self.has("later compiler"):
             compilers.append('<compiler angle="degree" meshdir="assets"/>')
-        option = f'<option gravity="{self.numbers(3, -9, 9)}" timestep="0.001"/>' if self.has("gravity") else ""
+        option = (
+            f'<option gravity="{self.numbers(3, -9, 9)}" timestep="0.001"/>' if self.has("gravity") else ""
+        )
         body = self.body(int(self.rng.integers(1, 4)))
         actuators = ""
         if self.has("actuators"):
@@ -92,7 +94,9 @@ class _Writer:
         mass = 'mass="0.7"' if self.has("default of shapes") else ""
         turn = 'quat="1 0.3 0.2 0.1"' if self.has("turned default") else ""
         group = 'group="2"' if self.has("groups") and self.rng.random() < 0.5 else ""
-        joint = '<joint armature="0.02" pos="0.01 0.02 0.03" axis="1 0 2"/>' if self.has("joint default") else ""
+        joint = (
+            '<joint armature="0.02" pos="0.01 0.02 0.03" axis="1 0 2"/>' if self.has("joint default") else ""
+        )
         gear = '<motor gear="3"/>' if self.has("gear of a default") else ""
         main = f"<geom {shape} {density} {group}/>{joint}{gear}"
         inner = f'<default class="b"><geom {mass} {turn}/></default>'
@@ -108,7 +112,9 @@ class _Writer:
         beside = ""
         if self.has("fixed bodies"):
             mass = "" if self.has("massless bodies") else self.mass()
-            beside = f'<body name="{name}_beside" pos="{self.numbers(3, -0.3, 0.3)}" {self.turned()}>{mass}</body>'
+            beside = (
+                f'<body name="{name}_beside" pos="{self.numbers(3, -0.3, 0.3)}" {self.turned()}>{mass}</body>'
+            )
         turned = self.turned() if self.has("turned bodies") else ""
         childclass = f'childclass="{self.some("a", "b")}"' if self.has("childclass") else ""
         return (
@@ -141,14 +147,17 @@ class _Writer:
         if self.has("balanceinertia"):
             inertia = 'diaginertia="0.01 0.02 0.05"'
         # Without <inertial> the shapes may all be of class "a", which weighs nothing.
-        sphere = f'<geom class="main" type="sphere" size="0.05" mass="0.4" group="1" pos="{self.numbers(3, 0, 0.2)}"/>'
+        place = self.numbers(3, 0, 0.2)
+        sphere = f'<geom class="main" type="sphere" size="0.05" mass="0.4" group="1" pos="{place}"/>'
         return shapes + (f"<inertial {frame} {inertia}/>" if self.has("stated inertia") else sphere)
 
     def shape(self) -> str:
         kind = self.some("sphere", "capsule", "cylinder", "ellipsoid", "box")
         shell = 'shellinertia="true"' if self.has("shell") and kind != "ellipsoid" else ""
         group = f'group="{self.rng.integers(0, 5)}"' if self.has("groups") else ""
-        weighs = self.some("", "", f'mass="{self.numbers(1, 0.1, 2)}"', f'density="{self.numbers(1, 100, 3000)}"')
+        weighs = self.some(
+            "", "", f'mass="{self.numbers(1, 0.1, 2)}"', f'density="{self.numbers(1, 100, 3000)}"'
+        )
         sizes = {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
         if self.has("sizes of a default"):
             sizes = int(self.rng.integers(1, sizes + 1))
@@ -157,6 +166,5 @@ class _Writer:
         if self.has("fromto") and kind != "sphere" and not self.has("turned default"):
             sizes, place = 1, f'fromto="{self.numbers(6, -0.2, 0.2)}"'
         kind = "" if self.has("sizes of a default") and "fromto" not in place else f'type="{kind}"'
-        return (
-            f'<geom {kind} size="{self.numbers(sizes, 0.02, 0.12)}" {place} {weighs} {shell} {group} {of_class}/>'
-        )
+        size = f'size="{self.numbers(sizes, 0.02, 0.12)}"'
+        return f"<geom {kind} {size} {place} {weighs} {shell} {group} {of_class}/>"

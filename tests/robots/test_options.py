@@ -51,6 +51,23 @@ def fingers_in_step() -> list[str]:
     return [*others, right.replace("</joint>", '<mimic joint="left_finger"/></joint>')]
 
 
+def led_from_aside(*more: str) -> str:
+    """The elbow follows a joint beside it, over others where there are more."""
+    follows = joint("elbow", "upper", "lower", axis="0 1 0", rest='<mimic joint="aside"/>')
+    beside = link("lever"), joint("aside", "upper", "lever")
+    return urdf(link("base"), link("upper"), link("lower"), joint("shoulder", "base", "upper"), follows,
+                *(more or beside))  # fmt: skip
+
+
+def circle(count: int) -> str:
+    """Joints of a chain, of which each follows the next one, and the last the first."""
+    names = [f"l{i}" for i in range(count + 1)]
+    rests = [f'<mimic joint="j{(i + 1) % count}"/>' for i in range(count)]
+    return urdf(*map(link, names), *(joint(f"j{i}", *names[i : i + 2], rest=rests[i]) for i in range(count)))
+
+
+RELAYED = (link("lever"), joint("aside", "upper", "lever", rest='<mimic joint="relay"/>'),
+           link("rocker"), joint("relay", "upper", "rocker"))  # fmt: skip
 FINGERS = two_joints(*fingers())
 HAND = [part for side in "xyz" for part in chain("a5", side, 5)]
 LONG_FINGERS = urdf(link("base"), *chain("base", "a", 5), *chain("base", "rim", 1), *HAND)
@@ -76,6 +93,13 @@ PLANAR = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
         (levered(), {"tip": "lower"}, ["lever_joint mimics joint elbow", "--lock elbow=0 both"]),
         (levered(), {"tip": "lower", "lock": ["rod_joint=0"]}, ["lever_joint mimics joint elbow"]),
         (two_joints(*fingers_in_step()), {"tip": "left"}, ["right_finger mimics joint left_finger"]),
+        (led_from_aside(), {"tip": "lower"}, ["line 6", "elbow follows joint aside", "--lock aside=0"]),
+        (led_from_aside(*RELAYED), {"tip": "lower"}, ["elbow follows joint aside", "--lock aside=0"]),
+        (two_joints(*mimicking()).replace('"elbow" mul', '"shoulder" mul'), {"base": "upper"},
+         ["follows follows joint shoulder", "--lock shoulder=0 holds both"]),
+        (circle(1), {}, ["line 4", "in a circle", "j0 follows j0", "--lock j0=0"]),
+        (circle(3), {}, ["line 6", "j0 follows j1 follows j2 follows j0", "--lock j0=0"]),
+        (circle(3), {"tip": "l1"}, ["j0 follows j1 follows j2 follows j0"]),
         (FLOATING, {}, ["the robot floats: joint root", "--base base fixes that link"]),
         (PLANAR, {}, ["joint slip is planar", "--lock slip=0 holds it"]),
         (PLANAR, {"lock": ["slip=0.1"]}, ["can be held only at 0"]),
@@ -106,6 +130,10 @@ def test_refused_with_the_way_out(read, text, picked, facts):
         (levered(), {"tip": "lower", "lock": ["elbow=0.5"]}, ["shoulder"]),
         (levered(), {"tip": "lower", "lock": ["lever_joint=0"]}, ["shoulder", "elbow"]),
         (two_joints(*fingers_in_step()), {"tip": "lower"}, ["shoulder", "elbow"]),
+        (led_from_aside(), {"tip": "lower", "lock": ["aside=0.3"]}, ["shoulder"]),
+        (led_from_aside(), {"tip": "lower", "lock": ["elbow=0"]}, ["shoulder"]),
+        (led_from_aside(*RELAYED), {"tip": "lower", "lock": ["relay=0.3"]}, ["shoulder"]),
+        (led_from_aside(), {"tip": "upper"}, ["shoulder"]),
         (FLOATING, {"base": "base"}, ["shoulder", "elbow"]),
         (PLANAR, {"lock": ["slip=0"]}, ["shoulder", "elbow"]),
         (PLANAR, {"tip": "lower"}, ["shoulder", "elbow"]),

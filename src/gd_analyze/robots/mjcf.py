@@ -99,8 +99,8 @@ def _bodies(node: Node, parent: str, compiler: Compiler, notes: Notes) -> Iterat
         ]
         inertia, made_from = compiler.inertia(child, name, place)
         if made_from == "meshes":
-            states = "states no <inertial>; " if child.first("inertial") is None else "takes inertia from its shapes; "
-            unknown = f"{child.where}: body {name} {states}the mass of its meshes is not known here"
+            source = "states no <inertial>" if child.first("inertial") is None else "has inertiafromgeom"
+            unknown = f"{child.where}: body {name} {source}; the mass of its meshes is not known here"
             notes.doubts.append((name, unknown))
         _tell(child, "body", f"body {name}", [name], notes)
         for plugin in child.all("plugin"):

@@ -117,7 +117,9 @@ _KINDS = {
     "actuators": _Kind("", within=dict.fromkeys(_ACTUATORS, "actuator")),
     # All others shape the actuator's force, which is part of tau.
     "actuator": _Kind(
-        "class joint jointinparent gear forcerange forcelimited ctrlrange ctrllimited armature damping", _ANY
+        "class joint jointinparent gear forcerange forcelimited ctrlrange ctrllimited",
+        _ANY,
+        {"armature": "inertia", "damping": "friction"},  # read of those that drive joints
     ),
 }  # fmt: skip
 # Kinds of elements that take the attributes of a default.

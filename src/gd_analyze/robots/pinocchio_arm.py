@@ -77,7 +77,8 @@ def _arm_of_chain(
         link = notes.above.get(link, "")
     left_out = ", ".join(joint.name for joint in moving if _limits(tree.model, joint.index)[1])
     stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
-    source = f"{visible(Path(notes.path).name)}: {tree.format}, read by {read_by}."
+    source = f"{visible(Path(notes.path).name)}: {tree.format}, "
+    source += f"read by {read_by}." if tree.format == "URDF" else "with masses as MuJoCo compiles them."
     return RobotArm(
         name=_identifier(tree.name, Path(notes.path).stem if tree.format else "robot"),
         title=shortened(visible(tree.name), 120),
@@ -145,7 +146,7 @@ def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: s
     """Doubts about the arm's joints and links, and about angles that place them."""
     notes = tree.notes
     about = {"", *links, *(joint.name for joint in moving)}
-    yield from (text for name, text in notes.doubts if name in about)
+    yield from dict.fromkeys(text for name, text in notes.doubts if name in about)
     if rangeless := [f"{name} (line {at.line})" for name, at in notes.rangeless.items() if name in about]:
         yield f"{tree.where}: no range stated for joint {', '.join(rangeless)}"
     yield from (text for link, text in notes.right_angles.suspects if link in links | inboard)

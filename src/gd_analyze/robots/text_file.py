@@ -217,9 +217,7 @@ def read_xml(path: Path) -> Node:
     return roots[0]
 
 
-def parsed_model(
-    build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
-) -> Any:
+def parsed_model(build: Callable[[], Any], path: Path, lines: Mapping[tuple[str, str], Location]) -> Any:
     """Model built by Pinocchio; its parser's messages are kept off the terminal.
 
     If the parser fails, the ArmError holds them, with the line of the ("joint" or "link", name) they name.
@@ -242,6 +240,6 @@ def parsed_model(
     sentences = [line for line in sentences if not line.startswith("at line ")]
     named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
     where = next((lines[noun.lower(), name] for noun, name in named if (noun.lower(), name) in lines), None)
-    message, expected = f"Pinocchio cannot read the {kind}", f"a {kind} of one robot"
+    message, expected = "Pinocchio cannot read the URDF", "a URDF of one robot"
     detail, where = sentences[:3] or "no reason given", where or Location(path)
     raise ArmError(message, where=where, expected=expected, found=detail, next_step="fix the file there")

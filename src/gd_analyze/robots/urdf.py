@@ -41,7 +41,7 @@ def read_urdf(path: Path, root: Node) -> Tree:
     _note_motor_inertias(root, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
     bare = Node("robot", {"name": "robot"}, root.where, parts)
-    model = parsed_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
+    model = parsed_model(lambda: pin.buildModelFromXML(bare.text()), path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 along -z of the base are assumed.")
     name = root.attributes.get("name", "").strip() or path.stem
     return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))
