@@ -132,7 +132,7 @@ def test_the_exit_code_is_the_verdict(run, here, two_link, words, verdict):
 
 
 def scaled(model: gd.types.SimplifiedModel, by: float) -> gd.types.SimplifiedModel:
-    """The model with a smaller bound where only round-off errs: no state refutes it, and no proof gives it."""
+    """The model with a smaller bound where only round-off errs: no state refutes it, no proof gives it."""
     stated = model.accuracy.certificate
     region = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration, stated.where)
     if stated.trajectory_fingerprint:

@@ -19,14 +19,16 @@ from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.bodies import MOST_JOINTS
 from gd_analyze.schema import unit_of
 from gd_analyze.text import joined, parted
 
 ElementIndices = tuple[int, ...]
 
 
-# Most joints with non-parallel axes; beyond, all elements together have millions of terms.
-_MOST_NON_PARALLEL_JOINTS = 9
+# Most terms of one element if all are asked for: with more, as of eight joints with axes askew, all elements
+# together have millions. D12 of seven such joints has 9 400 terms.
+_MOST_TERMS = 20_000
 # Quantity that gives an element's unit, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
@@ -64,11 +66,11 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     requested = elements_named(elements, n)
-    if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_NON_PARALLEL_JOINTS:
+    if not elements and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
-            expected=f"at most {_MOST_NON_PARALLEL_JOINTS} joints with axes that are not parallel",
+            expected=f"at most {MOST_JOINTS} joints with axes that are not parallel",
             found=f"{n} joints",
             next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
             "ROBOT --level element` takes any number of joints",
@@ -84,10 +86,14 @@ def each_equation(
     min_share: float = 0.0,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
-    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`."""
+    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`.
+
+    ArmError if all are asked for, and one of them has so many terms that writing all takes many minutes.
+    """
+    most = math.inf if elements else _MOST_TERMS
     products = ElementProducts(harmonics)
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
-        equation = _equation(harmonics, products, kind, indices, min_share)
+        equation = _equation(harmonics, products, kind, indices, min_share, most)
         if equation.terms or by_itself:
             yield equation
         progress(1)
@@ -131,7 +137,12 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:
 
 
 def _equation(
-    harmonics: Harmonics, products: ElementProducts, kind: str, indices: ElementIndices, min_share: float
+    harmonics: Harmonics,
+    products: ElementProducts,
+    kind: str,
+    indices: ElementIndices,
+    min_share: float,
+    most: float,
 ) -> Equation:
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
@@ -139,6 +150,14 @@ def _equation(
     of_kind: dict[str, Callable[..., Products]]
     of_kind = {"D": products.inertia, "h": products.christoffel, "c": products.gravity_loading}
     monomials, weights = of_kind[kind](*indices)
+    if len(monomials) > most:
+        raise ArmError(
+            f"all equations of arm {arm.name} are too long to be written out",
+            where=f"arm {arm.name}",
+            expected=f"elements of at most {most} terms",
+            found=f"{kind}{joined(indices)} alone has {len(monomials)}",
+            next_step=f"name elements, such as --element {kind}{joined(indices)} --min-share 1%",
+        )
     sizes = np.abs(weights[:, 0]) * [_largest_value(arm, factors) for factors in monomials]
     shares = sizes / sizes.max(initial=0.0)
     large = np.flatnonzero(shares >= min_share)

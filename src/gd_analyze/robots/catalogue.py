@@ -40,6 +40,16 @@ def arm_of(source: RobotArm | str | Path) -> RobotArm:
     return source if isinstance(source, RobotArm) else load_arm(source)
 
 
+def arm_with_masses(source: RobotArm | str | Path) -> RobotArm:
+    """As `arm_of`; ArmError if no link of the arm has mass or inertia, so that D, h and c are zero."""
+    arm = arm_of(source)
+    if not any(link.mass or link.inertia_com.any() for link in arm.links):
+        message = f"no link of arm {arm.name} has mass or inertia, so that all torques would be 0"
+        hint = "`gd-analyze identify ROBOT LOG` finds them from a log with measured torques"
+        raise ArmError(message, where=arm.links[0].place, expected="links with mass", next_step=hint)
+    return arm
+
+
 def load_arm(
     name_or_path: str | Path | pinocchio.Model,
     *,

@@ -172,7 +172,7 @@ def _is_power_of_ten(number: float, least: float) -> bool:
 
 def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
     lower, upper, velocity = _limits(tree.model, joint.index)[0]
-    where = tree.line("joint", joint.name) or tree.where
+    where = tree.place("joint", joint.name)
     place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
     return Joint(
         joint.name,
@@ -203,7 +203,7 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     model, drives = tree.model, []
     stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
     for joint in moving:
-        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name) or tree.where
+        at, where = model.idx_vs[joint.index], tree.place("joint", joint.name)
         inertia, viscous, friction = (
             float(checked(values[at], (), f"the {quantity} of joint {joint.name}", where, nonnegative=True))
             for quantity, values in stated.items()

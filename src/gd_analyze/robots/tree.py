@@ -173,6 +173,10 @@ class Tree:
         """Line of a joint or link; None for a model in memory."""
         return self.notes.lines.get((kind, name))
 
+    def place(self, kind: str, name: str) -> Location | str:
+        """Line of a joint or link, or else the model, for messages."""
+        return self.line(kind, name) or self.where
+
     def configuration(self, held_values: Mapping[int, float]) -> FloatArray:
         """Pinocchio's configuration with the given joints at their values and all others at rest."""
         q: FloatArray = pin.neutral(self.model)
@@ -242,8 +246,8 @@ def chain_of(
         leader = tree.notes.mimics[joint.name].master
         message = f"joint {joint.name} follows joint {leader}, which is not on the way to the tip"
         hint = f"--lock {leader}=0 holds both of them"
-        where = tree.line("joint", joint.name) or tree.where
-        raise ArmError(message, where=where, found=tree.notes.mimics[joint.name].text, next_step=hint)
+        text = tree.notes.mimics[joint.name].text
+        raise ArmError(message, where=tree.place("joint", joint.name), found=text, next_step=hint)
     _refuse_other_kinds(tree, free)
     return free, held_values
 
@@ -302,9 +306,10 @@ def _refuse_circles(tree: Tree, locked: Container[int]) -> None:
         if at in followed:
             circle = followed[followed.index(at) :]
             message = "joints follow each other in a circle, so that none of them leads"
-            where: Location | str = tree.line("joint", at) or tree.where
             hint = f"let one of them lead, or hold it: --lock {at}=0"
-            raise ArmError(message, where=where, found=" follows ".join([*circle, at]), next_step=hint)
+            raise ArmError(
+                message, where=tree.place("joint", at), found=" follows ".join([*circle, at]), next_step=hint
+            )
 
 
 def _leader(tree: Tree, joint: TreeJoint, locked: Container[int]) -> TreeJoint | None:
@@ -348,9 +353,7 @@ def _refuse_follower(tree: Tree, pair: tuple[TreeJoint, TreeJoint] | None) -> No
     if mimic is not None:
         detail = f"{mimic.text}; {detail}"
     hint = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
-    raise ArmError(
-        message, where=tree.line("joint", follower.name) or tree.where, found=detail, next_step=hint
-    )
+    raise ArmError(message, where=tree.place("joint", follower.name), found=detail, next_step=hint)
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
@@ -362,7 +365,7 @@ def _refuse_floating_and_ties(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if joint.kind == "floating":
             message = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
             hint = f"--base {joint.link} fixes that link; or use a file with a fixed base"
-            raise ArmError(message, where=tree.line("joint", joint.name) or tree.where, next_step=hint)
+            raise ArmError(message, where=tree.place("joint", joint.name), next_step=hint)
     for tie in tree.notes.ties:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in tie.links]
         apart = set[int]().union(*ways) - ways[0].intersection(*ways) if ways else set()
@@ -376,7 +379,7 @@ def _refuse_floating_and_ties(tree: Tree, free: Sequence[TreeJoint]) -> None:
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if not joint.moves_simply:
-            where = tree.line("joint", joint.name) or tree.where
+            where = tree.place("joint", joint.name)
             message = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
             hint = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
             raise ArmError(message, where=where, next_step=hint)

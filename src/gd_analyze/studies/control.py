@@ -20,7 +20,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
@@ -222,7 +222,7 @@ def control(
     """
     require_model(model)
     settings = settings or ControlSettings()
-    moved = model.arm if arm is None else arm_of(arm)
+    moved = model.arm if arm is None else arm_with_masses(arm)
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_trajectory_joints(motion, model.arm)

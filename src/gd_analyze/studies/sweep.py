@@ -20,7 +20,7 @@ from gd_analyze.dynamics.many_arms import CONTRIBUTIONS, VERDICT_NAMES, peaks
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
@@ -153,7 +153,7 @@ def sweep(
 
     if operations is not None:
         require_word(operations, (QUICK, NONE, *LEVELS), "operations")
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
     varied = VariedArm(arm)
     ranges, budget = _ranges_of(vary, varied), _usable(budget)
     names = [span.parameter.name for span in ranges]
