@@ -138,6 +138,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
     """
     if isinstance(source, str | Path):
+        refuse_named_pipe(Path(source))
         with Path(source).open("rb") as file:
             return read_at_most(file, most)
     data = bytearray()
@@ -148,6 +149,15 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
         if b"\0" in piece:
             break
     return bytes(data)
+
+
+def refuse_named_pipe(path: Path) -> None:
+    """Raise an OSError for a named pipe: to open one waits until somebody writes, maybe for ever.
+
+    A pipe that a shell has opened already has a writer, and its path is one of the system's.
+    """
+    if path.is_fifo() and path.parts[:2] not in (("/", "dev"), ("/", "proc")):
+        raise OSError(errno.ESPIPE, "a named pipe, which is not opened; `cat PIPE > FILE` makes a file of it")
 
 
 def megabytes(size: int) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.arrays import falling
+from gd_analyze.arrays import falling, listed
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
@@ -21,7 +21,7 @@ from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import MOST_JOINTS
 from gd_analyze.schema import unit_of
-from gd_analyze.text import joined, parted
+from gd_analyze.text import in_python, joined, parted
 
 ElementIndices = tuple[int, ...]
 
@@ -66,7 +66,7 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     requested = elements_named(elements, n)
-    if not elements and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS:
+    if not listed(elements) and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
@@ -90,7 +90,10 @@ def each_equation(
 
     ArmError if all are asked for, and one of them has so many terms that writing all takes many minutes.
     """
-    most = math.inf if elements else _MOST_TERMS
+    if not isinstance(min_share, int | float) or not 0.0 <= min_share <= 1.0:
+        message, expected = "min_share is out of range", "a number of 0 to 1, such as 0.01 for 1 %"
+        raise UsageError(message, where="min_share", expected=expected, found=in_python(min_share))
+    most = math.inf if listed(elements) else _MOST_TERMS
     products = ElementProducts(harmonics)
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
         equation = _equation(harmonics, products, kind, indices, min_share, most)
@@ -101,8 +104,8 @@ def each_equation(
 
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, ElementIndices, bool]]:
     """Elements named by labels: letter, joints from 0, and whether named individually."""
-    labels = (labels,) if isinstance(labels, str) else labels
-    return [element for label in labels or ("D", "h", "c") for element in _resolve(label, n)]
+    names = [labels] if isinstance(labels, str) else listed(labels)
+    return [element for label in names or ("D", "h", "c") for element in _resolve(str(label), n)]
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:

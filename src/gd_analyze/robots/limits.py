@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, listed
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
@@ -47,14 +47,17 @@ def value_in(value: object) -> float | None:
 
 def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
     """Values of joints to lock, rad or m, from a mapping or texts such as elbow=90deg; or UsageError."""
-    pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, locks or ())
+    texts = [] if locks is None else [locks] if isinstance(locks, str) else listed(locks)
+    pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, texts)
     values: dict[str, float] = {}
     for joint, value in pairs:
         number = value_in(value)
         if not joint or number is None:
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             pair_text = f"{joint}={value}" if joint else str(value)
-            raise UsageError("no joint with a value", where="--lock", expected=expected, found=pair_text)
+            hint = "name the joint and the value it is held at"
+            message = "no joint with a value"
+            raise UsageError(message, where="--lock", expected=expected, found=pair_text, next_step=hint)
         if joint in values:
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number
@@ -71,9 +74,9 @@ def with_limits(arm: RobotArm, limits: GivenLimits) -> RobotArm:
 
     Raises UsageError for any other word, and ArmError for a file.
     """
-    if not limits:
+    if limits is None or (isinstance(limits, str) and not limits):
         return arm
-    for word in [limits] if isinstance(limits, str | Path | Mapping) else limits:
+    for word in [limits] if isinstance(limits, str | Path | Mapping) else listed(limits):
         if isinstance(word, PathLike) or str(word).lower().endswith((".yaml", ".yml", ".toml")):
             by_joint: dict[str, dict[str, Any]] = _from_file(arm, Path(str(word)))
             note = f"Limits of {', '.join(by_joint)} from {visible(Path(str(word)).name)}."
@@ -107,8 +110,9 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
         if name != "all" and name not in names:
+            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
             expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
-            raise UsageError(f"there is no joint {name!r} to limit", where="--limits", expected=expected)
+            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
         limits |= dict.fromkeys(names if name == "all" else [name], number)
     return limits
 

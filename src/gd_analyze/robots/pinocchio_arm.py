@@ -51,7 +51,10 @@ def _read(path: Path) -> Tree:
         raise ArmError(message, where=root.where, expected=expected, found=str(links))
     if root.tag not in ("robot", "mujoco"):
         expected = "<robot> (URDF) or <mujoco> (MJCF) as the outermost element"
-        hint = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
+        hint = "convert it to URDF or MJCF"
+        if root.tag == "sdf":
+            hint = "name the URDF that it was made from, if any; else `sdf2mjcf robot.sdf robot.xml`"
+            hint += " writes MJCF (`pip install sdformat-mjcf`, which needs Gazebo's sdformat)"
         message, tag_text = "the XML does not describe a robot", f"<{root.tag}>"
         raise ArmError(message, where=root.where, expected=expected, found=tag_text, next_step=hint)
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)

@@ -52,7 +52,8 @@ def read_text(path: Path, kind: str, most: int) -> str:
     except UnicodeDecodeError as error:
         problem = f"the {kind} is not text"
         detail = f"byte 0x{error.object[error.start]:02x} at {error.start}"
-    raise ArmError(problem, where=Location(path), expected="a text file in UTF-8", found=detail)
+    expected, hint = "a text file in UTF-8", "give the path of one that you may read"
+    raise ArmError(problem, where=Location(path), expected=expected, found=detail, next_step=hint)
 
 
 def parsed_toml(path: Path, text: str, kind: str) -> dict[str, Any]:
@@ -64,6 +65,8 @@ def parsed_toml(path: Path, text: str, kind: str) -> dict[str, Any]:
         line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
         where, detail = Location(path, line, column), re.sub(r" \(at .*\)$", "", str(error))
         problem, next_step = f"the {kind} is not valid TOML", "fix the syntax there"
+        if path.suffix.lower() != ".toml":  # it may be something else altogether
+            next_step = "fix it there; if it is no TOML, `gd-analyze arms puma560 --to toml` is an example"
     except ValueError:  # Python refuses integers of thousands of digits
         lines = enumerate(text.splitlines(), start=1)
         line = next((number for number, row in lines if re.search(r"\d[\d_]{4000}", row)), 1)

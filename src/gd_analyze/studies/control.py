@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, Warned
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, Warned, require_type
 from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -221,7 +221,8 @@ def control(
     True
     """
     require_model(model)
-    settings = settings or ControlSettings()
+    settings = ControlSettings() if settings is None else settings
+    require_type(settings, ControlSettings, "settings", "a ControlSettings object, or None")
     moved = model.arm if arm is None else arm_with_masses(arm)
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
