@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import re
+import select
 import shutil
 import stat
 import sys
@@ -40,6 +41,8 @@ _BYTES_AT_ONCE = 2**20  # bytes read at once
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
 # that writes there on the same machine.
 _TEMPORARY = ".gd-analyze."
+# Seconds in which somebody must begin to write to a named pipe that is read.
+WRITER_WITHIN_SECONDS = 5.0
 # Seconds after which any process removes them.
 _ABANDONED_AFTER_SECONDS = 86400.0
 _MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
@@ -138,8 +141,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
     """
     if isinstance(source, str | Path):
-        refuse_named_pipe(Path(source))
-        with Path(source).open("rb") as file:
+        with _opened(Path(source)) as file:
             return read_at_most(file, most)
     data = bytearray()
     while piece := source.read(min(_BYTES_AT_ONCE, most + 1 - len(data))):
@@ -151,13 +153,21 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     return bytes(data)
 
 
-def refuse_named_pipe(path: Path) -> None:
-    """Raise an OSError for a named pipe: to open one waits until somebody writes, maybe for ever.
+def _opened(path: Path) -> BinaryIO:
+    """Open a file to read; OSError for a named pipe to which nobody writes within some seconds.
 
-    A pipe that a shell has opened already has a writer, and its path is one of the system's.
+    Opened as other files are, it would wait for a writer, maybe for ever. A pipe under a path of the system's
+    has one.
     """
-    if path.is_fifo() and path.parts[:2] not in (("/", "dev"), ("/", "proc")):
-        raise OSError(errno.ESPIPE, "a named pipe, which is not opened; `cat PIPE > FILE` makes a file of it")
+    if not path.is_fifo() or path.parts[:2] in (("/", "dev"), ("/", "proc")):
+        return path.open("rb")
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    if not select.select([descriptor], [], [], WRITER_WITHIN_SECONDS)[0]:
+        os.close(descriptor)
+        message = f"a named pipe to which nobody wrote within {WRITER_WITHIN_SECONDS:g} s"
+        raise OSError(errno.ETIMEDOUT, f"{message}; `cat PIPE > FILE` makes a file of it")
+    os.set_blocking(descriptor, True)
+    return os.fdopen(descriptor, "rb")
 
 
 def megabytes(size: int) -> str:

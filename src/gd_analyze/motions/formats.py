@@ -13,7 +13,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, refuse_named_pipe, shipped
+from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
 from gd_analyze.motions.arrays_and_lists import (
     READERS,
     begins_json,
@@ -85,13 +85,8 @@ def log_source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
     if str(path_or_name) in shipped_files:
         return shipped_files[str(path_or_name)], path.name, f"shipped trajectory {path_or_name}", None
     origin = f"read from {path_or_name}"
-    with suppress(ValueError):
-        try:
-            refuse_named_pipe(path)
-        except OSError as error:
-            raise _unreadable(path, error) from None
     with suppress(OSError, ValueError):
-        if path.is_file() or _format(path) is not None:
+        if path.is_file() or (_format(path) is not None and not path.is_fifo()):
             return path, path.stem, origin, None
     return path, path.stem, origin, _stream(path)
 
