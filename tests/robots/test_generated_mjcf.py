@@ -49,7 +49,9 @@ def torques_of_mujoco(model: mujoco.MjModel, names: list[str], states: States) -
 
 
 def assert_torques_of_mujoco(arm: RobotArm, model: mujoco.MjModel) -> None:
-    """Torques at rest and in motion; MuJoCo's own arithmetic has some 1e-13 of the largest."""
+    """Masses, and torques at rest and in motion; MuJoCo's own arithmetic has some 1e-13 of the largest."""
+    moved = [float(model.body_subtreemass[model.joint(joint.name).bodyid[0]]) for joint in arm.joints]
+    np.testing.assert_allclose(arm.mass[::-1].cumsum()[::-1], moved, rtol=1e-12)
     rng, n = np.random.default_rng(0), arm.n_joints
     still = np.zeros((4, n))
     q = rng.uniform(-2, 2, (4, n))

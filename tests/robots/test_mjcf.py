@@ -13,6 +13,8 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.tables import decompose_states
+from gd_analyze.types import States
 from robot_files import INERTIAL, assert_same_torque, mjcf
 from robot_files import two_bodies as two
 from strategies import random_states
@@ -64,6 +66,30 @@ def test_shapes_weigh_where_nothing_is_stated_and_meshes_are_doubted(written):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         gd.load_arm(written(mjcf(f'<body name="pedestal">{mesh}{two()}</body>')))  # the base does not move
+
+
+def test_shapes_of_a_class_weigh_what_its_default_states(written):
+    """0 kg in class c, 3 kg in a class within it, and 1 kg at the shape itself."""
+    defaults = '<default class="c"><geom mass="0"/><default class="d"><geom mass="3"/></default></default>'
+    body = '<inertial pos="0.1 0 0" mass="1" diaginertia=".01 .01 .01"/><body pos="0.2 0 0" {}>{}</body>'
+    shape, states = '<geom type="box" size=".05 .05 .05" {}/>', States(*np.array([[[0.3]], [[0]], [[0]]]))
+    for of_body, of_shape, mass in (
+        ("", 'class="c"', 0.0),
+        ('childclass="c"', "", 0.0),
+        ('childclass="c"', 'class="d"', 3.0),
+        ('childclass="d"', 'mass="1"', 1.0),
+    ):
+        arm = gd.load_arm(
+            written(
+                mjcf(
+                    f'<body><joint axis="0 1 0"/>{body.format(of_body, shape.format(of_shape))}</body>',
+                    f"<default>{defaults}</default>",
+                )
+            )
+        )
+        torque = decompose_states(arm, states)["torque"].item()
+        # Weights at 0.1 m and 0.2 m; a few roundings.
+        assert torque == pytest.approx(-9.81 * (0.1 + 0.2 * mass) * math.cos(0.3), rel=1e-14)
 
 
 def test_quaternions_of_six_digits_are_made_right(written):
@@ -129,6 +155,7 @@ MIMIC = '<equality><joint joint1="pinch" joint2="elbow" polycoef="0.1 2 0 0 0"/>
         (mjcf(two().replace('quat="0.9 0.1 0.2 0.3"', 'quat="0 0 0 0"')), 6, "quat of lower is 0"),
         (mjcf(two("axis='0 0 0'")), 7, "elbow has no axis"),
         (mjcf(two() + two()), 7, "'base'"),
+        (mjcf(two().replace('"upper"', '"world"')), 4, "'world'"),
         (mjcf(two(), '<default class="arm"/>'), 2, "class main"),
         (mjcf(two('class="x"')), 7, "class 'x'"),
         (mjcf(two(), '<default><geom size="0.1 wide"/></default>')

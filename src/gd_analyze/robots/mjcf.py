@@ -47,7 +47,7 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     if not worlds:
         message, hint = "the file describes no bodies", "name the robot's own file, not a scene or defaults"
         raise ArmError(message, where=root.where, expected="a <worldbody>", next_step=hint)
-    notes = Notes(path)
+    notes = Notes(path, {("link", "world"): worlds[0].where})  # no body may have its name
     compiler = Compiler(root.all("compiler"), notes.right_angles)
     bodies = [body for world in worlds for body in _bodies(world, "world", compiler, notes)]
     total, sum_of_masses = compiler.setting("settotalmass"), sum(body.inertia.mass for body in bodies)
