@@ -68,6 +68,33 @@ def test_shapes_weigh_where_nothing_is_stated_and_meshes_are_doubted(written):
         gd.load_arm(written(mjcf(f'<body name="pedestal">{mesh}{two()}</body>')))  # the base does not move
 
 
+DEFAULT = "<default><joint range='-1 2'/><general forcerange='-7 5' gear='3'/></default>"
+SERVO = '<actuator><position joint="elbow" {}/></actuator>'
+
+
+@pytest.mark.parametrize(
+    ("elbow", "before", "actuator", "limits"),
+    [
+        ("", DEFAULT, "", (-1.0, 2.0, None)),
+        ('limited="false"', DEFAULT, "", (None, None, None)),
+        ("", f"<compiler autolimits='false'/>{DEFAULT}", "", (None, None, None)),
+        ('limited="true"', f"<compiler autolimits='false'/>{DEFAULT}", "", (-1.0, 2.0, None)),
+        ('actuatorfrcrange="-4 3"', "", "", (None, None, 4.0)),
+        ('actuatorfrcrange="-4 3" actuatorfrclimited="false"', "", "", (None, None, None)),
+        # One default is that of all kinds of actuators.
+        ("", DEFAULT, SERVO.format(""), (-1.0, 2.0, 21.0)),
+        ("", DEFAULT, SERVO.format('forcelimited="false"'), (-1.0, 2.0, None)),
+        ('actuatorfrcrange="-4 3"', DEFAULT, SERVO.format('gear="-2"'), (-1.0, 2.0, 4.0)),
+        ("", "", SERVO.format('ctrlrange="-4 3"'), (None, None, None)),
+    ],
+)
+def test_limits_hold_where_the_file_switches_them_on(written, elbow, before, actuator, limits):
+    before = '<compiler angle="radian"/>' + before
+    arm = gd.load_arm(written(mjcf(two(elbow), before, actuator)))
+    joint, drive = arm.joints[1], arm.drives[1]
+    assert (joint.lower, joint.upper, drive.torque_limit) == limits
+
+
 def test_shapes_of_a_class_weigh_what_its_default_states(written):
     """0 kg in class c, 3 kg in a class within it, and 1 kg at the shape itself."""
     defaults = '<default class="c"><geom mass="0"/><default class="d"><geom mass="3"/></default></default>'
