@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 CHUNK = 4096
 
 
-def listed(values: object) -> list[Any]:
+def members(values: object) -> list[Any]:
     """Members of an array or another collection; any other value alone."""
     if isinstance(values, np.ndarray):
         return list(values.ravel().tolist())

@@ -61,7 +61,7 @@ def test_shapes_weigh_where_nothing_is_stated_and_meshes_are_doubted(written):
     np.testing.assert_allclose(arm.inertia_com[0].diagonal(), [0.13, 0.1, 0.05], rtol=1e-15)
     assert "primitive shapes" in arm.assumptions[0]
     mesh = '<geom type="mesh" mesh="shell"/>'
-    with pytest.warns(GdAnalyzeWarning, match=r"line 4, .*body arm states no <inertial>"):
+    with pytest.warns(GdAnalyzeWarning, match=r"without <inertial>, in body arm \(line 4\)"):
         gd.load_arm(written(mjcf(f'<body name="arm">{joint}{box}{mesh}</body>')))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -140,7 +140,7 @@ TENDON = '<tendon><fixed name="t" {}><joint joint="elbow" coef="1"/></fixed></te
         (mjcf(two().replace('name="lower"', 'name="lower" gravcomp="1"')), 6, ("lower", "(gravcomp)")),
         (mjcf(two(), '<option density="1000"/>'), 2, ("drag", "(density)")),
         (mjcf(two(), '<option viscosity="0.1"/>'), 2, ("drag", "(viscosity)")),
-        (mjcf(two(), after=TENDON.format('armature="0.1"')), 9, ("tendon t", "inertia (armature)")),
+        (mjcf(two(), after=TENDON.format('armature="0.1"')), 9, ("tendon t (", "inertia (armature)")),
         (mjcf(two(), after=TENDON.format('stiffness="7"')), 9, ("tendon t", "spring")),
         (mjcf(two(), after=TENDON.format('frictionloss="7"')), 9, ("tendon t", "friction")),
         (mjcf(two(), after=TENDON.format("") + '<actuator><motor tendon="t" armature=".1"/></actuator>'), 9,
@@ -152,7 +152,7 @@ TENDON = '<tendon><fixed name="t" {}><joint joint="elbow" coef="1"/></fixed></te
 def test_forces_and_inertias_that_are_not_read_are_told_where_they_act_on_the_arm(written, text, line, words):
     with pytest.warns(GdAnalyzeWarning) as caught:
         gd.load_arm(written(text))
-    of_file = [str(warning.message) for warning in caught if f"line {line}, " in str(warning.message)]
+    of_file = [str(warning.message) for warning in caught if f"(line {line})" in str(warning.message)]
     assert len([text for text in of_file if all(word in text for word in words)]) == 1
     zero = re.sub(
         r'(stiffness|springdamper|gravcomp|density|viscosity|armature|frictionloss)="[^"]*"', "", text

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gd_analyze.arrays import falling, listed
+from gd_analyze.arrays import falling, members
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
@@ -19,7 +19,7 @@ from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.bodies import MOST_JOINTS
+from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.schema import unit_of
 from gd_analyze.text import in_python, joined, parted
 
@@ -66,11 +66,11 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     requested = elements_named(elements, n)
-    if not listed(elements) and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS:
+    if not members(elements) and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS_WITH_TERMS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
-            expected=f"at most {MOST_JOINTS} joints with axes that are not parallel",
+            expected=f"at most {MOST_JOINTS_WITH_TERMS} joints with axes that are not parallel",
             found=f"{n} joints",
             next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
             "ROBOT --level element` takes any number of joints",
@@ -93,7 +93,7 @@ def each_equation(
     if not isinstance(min_share, int | float) or not 0.0 <= min_share <= 1.0:
         message, expected = "min_share is out of range", "a number of 0 to 1, such as 0.01 for 1 %"
         raise UsageError(message, where="min_share", expected=expected, found=in_python(min_share))
-    most = math.inf if listed(elements) else _MOST_TERMS
+    most = math.inf if members(elements) else _MOST_TERMS
     products = ElementProducts(harmonics)
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
         equation = _equation(harmonics, products, kind, indices, min_share, most)
@@ -104,7 +104,7 @@ def each_equation(
 
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, ElementIndices, bool]]:
     """Elements named by labels: letter, joints from 0, and whether named individually."""
-    names = [labels] if isinstance(labels, str) else listed(labels)
+    names = [labels] if isinstance(labels, str) else members(labels)
     return [element for label in names or ("D", "h", "c") for element in _resolve(str(label), n)]
 
 

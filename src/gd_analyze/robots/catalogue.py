@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.arrays import listed
+from gd_analyze.arrays import members
 from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
@@ -148,7 +148,7 @@ def _supplemented(
 
 def _numbers(numbers: Sequence[float] | str, count: int, where: str, unit: str, hint: str) -> list[float]:
     """Numbers given as such or as text; UsageError unless there are `count`."""
-    words = numbers.split(",") if isinstance(numbers, str) else listed(numbers)
+    words = numbers.split(",") if isinstance(numbers, str) else members(numbers)
     values = [Quantity.si_of(word) for word in words]
     valid = [value for value in values if value is not None and abs(value) <= LARGEST]
     if len(valid) == len(values) == count:

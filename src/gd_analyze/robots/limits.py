@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray, listed
+from gd_analyze.arrays import FloatArray, members
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
@@ -47,7 +47,7 @@ def value_in(value: object) -> float | None:
 
 def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
     """Values of joints to lock, rad or m, from a mapping or texts such as elbow=90deg; or UsageError."""
-    texts = [] if locks is None else [locks] if isinstance(locks, str) else listed(locks)
+    texts = [] if locks is None else [locks] if isinstance(locks, str) else members(locks)
     pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, texts)
     values: dict[str, float] = {}
     for joint, value in pairs:
@@ -76,7 +76,7 @@ def with_limits(arm: RobotArm, limits: GivenLimits) -> RobotArm:
     """
     if limits is None or (isinstance(limits, str) and not limits):
         return arm
-    for word in [limits] if isinstance(limits, str | Path | Mapping) else listed(limits):
+    for word in [limits] if isinstance(limits, str | Path | Mapping) else members(limits):
         if isinstance(word, PathLike) or str(word).lower().endswith((".yaml", ".yml", ".toml")):
             by_joint: dict[str, dict[str, Any]] = _from_file(arm, Path(str(word)))
             note = f"Limits of {', '.join(by_joint)} from {visible(Path(str(word)).name)}."

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,15 +64,15 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     if flags.attributes.get("gravity") == "disable":
         gravity = np.zeros(3)
         notes.assumptions.append("The file switches gravity off (<flag gravity='disable'/>).")
-    _tell(option, "option", "the file", [""], notes)
+    _tell(option, "option", path.name, notes, "")
     if not any(flags.attributes.get(key) == "disable" for key in ("equality", "constraint")):
         _note_equalities(root, bodies, compiler, notes)
     for tendon in (child for part in root.all("tendon") for child in part.children):
         joints = [part.attributes.get("joint", "") for part in tendon.all("joint")]
-        _tell(tendon, "tendon", f"tendon {tendon.attributes.get('name', '')}", joints or [""], notes)
+        _tell(tendon, "tendon", tendon.attributes.get("name", "?"), notes, *(joints or [""]))
     for flex in (child for part in root.all("deformable") for child in part.all("flex")):
         for name in flex.words("body") + flex.words("node"):
-            notes.doubts.append((name, f"{flex.where}: body {name} carries a flex, whose forces are ignored"))
+            notes.tell("forces of flexes are ignored, on body", name, flex.where)
     _add_actuators(root, model, notes)
     shaped = [body.name for body in bodies if body.made_from != "stated" and body.inertia.mass > 0]
     if shaped:
@@ -81,11 +81,10 @@ def read_mjcf(path: Path, root: Node) -> Tree:
     return Tree(model, notes, root.attributes.get("model", "").strip() or path.stem, "MJCF", gravity)
 
 
-def _tell(node: Node, kind: str, subject: str, about: Sequence[str], notes: Notes) -> None:
-    """Tell what an element states beside D, h and c; `about` are the joints or links it acts on."""
+def _tell(node: Node, kind: str, name: str, notes: Notes, *acts_on: str) -> None:
+    """Tell what an element states beside D, h and c, and of which joints or links."""
     for key, text in told(node, kind).items():
-        sentence = f"{node.where}: {subject} has {text} ({key}), which is ignored"
-        notes.doubts += [(name, sentence) for name in about]
+        notes.tell(f"{text} ({key}) is ignored, of {kind}", name, node.where, *acts_on)
 
 
 def _bodies(node: Node, parent: str, compiler: Compiler, notes: Notes) -> Iterator[_Body]:
@@ -99,15 +98,14 @@ def _bodies(node: Node, parent: str, compiler: Compiler, notes: Notes) -> Iterat
         ]
         inertia, made_from = compiler.inertia(child, name, place)
         if made_from == "meshes":
-            source = "states no <inertial>" if child.first("inertial") is None else "has inertiafromgeom"
-            unknown = f"{child.where}: body {name} {source}; the mass of its meshes is not known here"
-            notes.doubts.append((name, unknown))
-        _tell(child, "body", f"body {name}", [name], notes)
+            why = "without <inertial>" if child.first("inertial") is None else "by inertiafromgeom"
+            notes.tell(f"meshes of unknown mass weigh, {why}, in body", name, child.where)
+        _tell(child, "body", name, notes)
         for plugin in child.all("plugin"):
-            notes.doubts.append((name, f"{plugin.where}: body {name} has a plugin, whose forces are ignored"))
+            notes.tell("forces of plugins are ignored, of body", name, plugin.where)
         for joint, each in joints:
             if each.tag == "joint":
-                _tell(each, "joint", f"joint {joint}", [joint], notes)
+                _tell(each, "joint", joint, notes)
         yield _Body(name, parent, child, place, joints, inertia, made_from)
         yield from _bodies(child, name, compiler, notes)
 
@@ -262,7 +260,7 @@ def _add_actuators(root: Node, model: pin.Model, notes: Notes) -> None:
         name = node.attributes.get("joint", node.attributes.get("jointinparent", ""))
         joint = model.getJointId(name) if name and model.existJointName(name) else 0
         if joint == 0 or model.nvs[joint] != 1:
-            _tell(node, "actuator", f"actuator {node.attributes.get('name', '')}", [""], notes)
+            _tell(node, "actuator", node.attributes.get("name", "?"), notes, "")
             continue
         at, gear = model.idx_vs[joint], abs(_first(node, "gear", 1.0))
         armature[at] += gear**2 * _first(node, "armature", 0.0)

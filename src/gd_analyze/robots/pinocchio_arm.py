@@ -149,9 +149,11 @@ def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: s
     """Doubts about the arm's joints and links, and about angles that place them."""
     notes = tree.notes
     about = {"", *links, *(joint.name for joint in moving)}
-    yield from dict.fromkeys(text for name, text in notes.doubts if name in about)
-    if rangeless := [f"{name} (line {at.line})" for name, at in notes.rangeless.items() if name in about]:
-        yield f"{tree.where}: no range stated for joint {', '.join(rangeless)}"
+    yield from (text for name, text in notes.doubts if name in about)
+    for sentence, told in notes.told.items():
+        lines = [f"{name} (line {where.line})" for name, where, acts_on in told if about & {*acts_on}]
+        if lines:
+            yield f"{tree.where}: {sentence} {some_names(lines)}"
     yield from (text for link, text in notes.right_angles.suspects if link in links | inboard)
     if not any(inertia.mass > 0 for inertia in tree.model.inertias):
         yield f"{tree.where}: no link has any mass; is the file stripped, or xacro expanded in part?"

@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import (
-    MOST_JOINTS,
+    MOST_JOINTS_WITH_TERMS,
     NO_MASS,
     PlacedFindings,
     ball_density,
@@ -138,8 +138,8 @@ def offset_far_beyond_the_others(arm: RobotArm) -> PlacedFindings:
 
 def more_joints_than_have_terms(arm: RobotArm) -> PlacedFindings:
     """Not a fault of the arm, but what it cannot have here is best known at once."""
-    if arm.n_joints > MOST_JOINTS:
-        limit = f"terms are ranked and chosen for up to {MOST_JOINTS} joints"
+    if arm.n_joints > MOST_JOINTS_WITH_TERMS:
+        limit = f"terms are ranked and chosen for up to {MOST_JOINTS_WITH_TERMS} joints"
         hint = "hold some by --lock or --tip (URDF and MJCF), or expect elements only"
         yield f"arm {arm.name}", f"{arm.n_joints} joints, but {limit}; {hint}"
 

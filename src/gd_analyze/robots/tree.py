@@ -84,6 +84,14 @@ class Tie(NamedTuple):
     links: tuple[str, ...] = ()
 
 
+class Told(NamedTuple):
+    """A joint, link or other thing of which a sentence is told, and the joints or links that it acts on."""
+
+    name: str
+    where: Location
+    acts_on: tuple[str, ...]  # "" for all
+
+
 @dataclass
 class Notes:
     """Further content of a file beside Pinocchio's model."""
@@ -94,9 +102,13 @@ class Notes:
     mimics: dict[str, Mimic] = field(default_factory=dict)  # by the following joint
     ties: list[Tie] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
-    rangeless: dict[str, Location] = field(default_factory=dict)  # joints that should have a range
+    told: dict[str, list[Told]] = field(default_factory=dict)  # by the sentence that names them
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
+
+    def tell(self, sentence: str, name: str, where: Location, *acts_on: str) -> None:
+        """Note that a sentence is told of something, if it acts on the arm: by default on itself."""
+        self.told.setdefault(sentence, []).append(Told(name, where, acts_on or (name,)))
 
     def name(self, kind: str, node: Node, otherwise: str = "") -> str:
         """Name of a joint or link, whose line is noted; ArmError unless it is printable and unique."""

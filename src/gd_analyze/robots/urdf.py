@@ -171,7 +171,7 @@ def _joint(node: Node, notes: Notes) -> Node:
     limit = node.first("limit") or Node("limit", {}, node.where)
     stated = {key: limit.numbers(key, 1, "0") for key in ("lower", "upper")}
     if kind in ("revolute", "prismatic") and stated["lower"] == stated["upper"] == [0.0]:
-        notes.rangeless[name] = limit.where
+        notes.tell("no range stated for joint", name, limit.where)
     stated |= {key: limit.numbers(key, 1, "0", least=0) for key in ("effort", "velocity")}
     along = axis.kept((), {"xyz": notes.right_angles.direction(direction, child)})
     bare.children += [along, limit.kept((), stated)]

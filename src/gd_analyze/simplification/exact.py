@@ -38,7 +38,7 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import USUAL_GRAVITY, RobotArm
-from gd_analyze.robots.bodies import MOST_JOINTS
+from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.kept_program import Programs, Task, kept_programs, program_name
 from gd_analyze.simplification.torque_program import ROUGH, program_of_terms, torque_program
@@ -314,8 +314,8 @@ def shipped_name(form: ExactForm) -> str:
 def too_many_terms(form: ExactForm) -> str:
     """Reason why exact equations are too long to choose terms from: "9 joints, more than 8"; or ""."""
     n = form.arm.n_joints
-    if n > MOST_JOINTS:
-        return f"{n} joints, more than {MOST_JOINTS}"
+    if n > MOST_JOINTS_WITH_TERMS:
+        return f"{n} joints, more than {MOST_JOINTS_WITH_TERMS}"
     return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
 
 
