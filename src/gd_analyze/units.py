@@ -19,6 +19,7 @@ UNITS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "kN": 1e3},
     "mass": {"kg": 1.0, "g": 1e-3},
     "inertia": {"kg m^2": 1.0},
+    "current": {"A": 1.0, "mA": 1e-3},
     "share": {"%": 0.01},
 }
 TIME_UNITS = UNITS["time"]
@@ -35,15 +36,19 @@ _SPELLINGS = {re.sub(r"\s", "", unit).lower(): unit for unit in KINDS} | {
         "us": "µs μs usec usecs micros microseconds",
         "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
         "rev": "turn turns revs revolutions",
-        "cN m": "ncm n*cm cnm",
-        "mN m": "nmm n*mm mnm",
-        "N m": "nm n*m n.m n·m n-m",
+        "cN m": "ncm cnm",
+        "mN m": "nmm mnm",
+        "N m": "nm",
         "kN m": "knm",
         "N": "newton",
+        "A": "amp amps ampere amperes",
     }.items()
     for spelling in spellings.split()
 }
 _SUPERSCRIPTS = str.maketrans({"²": "^2"})
+_TIMES_SIGN = re.compile(r"(?<=[A-Za-z])[-.*·](?=[A-Za-z])")
+# Spellings whose first letter means something else as a capital: M is mega, N is newton.
+_SMALL_FIRST = {"mrad", "mm", "ms", "msec", "msecs", "ma", "mnm", "ns"}
 _QUANTITY = re.compile(rf"(?P<number>[-+]?{UNSIGNED})\s*(?P<rest>.*)", re.DOTALL)
 _SHARE = re.compile(r"%\s*(?:of\s+)?(?P<whole>[a-z]*)", re.IGNORECASE)
 
@@ -55,9 +60,16 @@ def unit_named(text: str) -> str | None:
     --------
     >>> unit_named("Nm"), unit_named("degrees"), unit_named("furlong")
     ('N m', 'deg', None)
+    >>> unit_named("mN m"), unit_named("MN m")
+    ('mN m', None)
     """
-    bare = re.sub(r"\s+", "", text).lower().translate(_SUPERSCRIPTS).replace("**2", "^2")
-    return _SPELLINGS.get(bare)
+    bare = _TIMES_SIGN.sub("", re.sub(r"\s+", "", text)).translate(_SUPERSCRIPTS).replace("**2", "^2")
+    spelling = bare.lower()
+    # Text in capitals throughout tells no prefix, but before N m, where mega is as likely as milli.
+    shouted = bare.isupper() and spelling != "mnm"
+    if spelling in _SMALL_FIRST and bare[0].isupper() and not shouted:
+        return None
+    return _SPELLINGS.get(spelling)
 
 
 @dataclass(frozen=True)

@@ -3,38 +3,48 @@
 from __future__ import annotations
 
 import difflib
+import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
+    CURRENTS,
     Meaning,
     as_written,
     fitting_unit,
     is_of_set_points,
     known_joints,
+    meaning_by_pattern,
     meaning_of,
+    patterns_of,
+    unit_in_words,
     units_of,
     words_of,
 )
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
 _NONE = "none"
 _ORDER = {"measured": 0, "plain": 1, "target": 2}
 _PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _TIMED = ("time", "sec", "nanosec", "index")
-# Most names listed in a message.
+# Most names listed in a message, and most patterns of them.
 _MOST_LISTED_NAMES = 12
+_MOST_CANDIDATES = 4
+_ZERO = "0 throughout"
+# Numbers of one quantity in two units agree to the digits with which logs are written.
+_EQUAL_DIGITS = 1e-5
 
 Role = Literal["time", "unused"] | MotionRole
 
@@ -71,7 +81,7 @@ class Choice:
 
 
 class AmbiguityError(TrajectoryError):
-    """Several families fit equally; those that are 0 throughout may be left out in a second try."""
+    """Several families fit equally; what their numbers say may leave one in a second try."""
 
     families: tuple[Family, ...] = ()
 
@@ -85,17 +95,18 @@ class _NamedLog:
     reading: Reading
     meanings: Sequence[Meaning]  # of its columns
     families: Sequence[Family]
-    zero: frozenset[object]  # keys of families that are 0 throughout
+    patterned: frozenset[str]  # roles that the user gives by a pattern
+    left_out: Mapping[object, str]  # keys of families that their numbers leave out, with the reason
 
 
 def chosen_columns(
     table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
 ) -> tuple[Choice, Columns]:
-    """Choose columns and read them; choose again if those of a family are 0 throughout."""
-    zero: frozenset[object] = frozenset()
+    """Choose columns and read them; choose again without families that are 0 throughout or given twice."""
+    left_out: dict[object, str] = {}
     while True:
         try:
-            outcome: Choice | AmbiguityError = _choose(table, arm, reading, zero)
+            outcome: Choice | AmbiguityError = _choose(table, arm, reading, left_out)
         except AmbiguityError as error:
             outcome = error
         if isinstance(outcome, Choice):
@@ -105,16 +116,36 @@ def chosen_columns(
             families, times = outcome.families, ()
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
-        zero_keys: set[object] = set()
-        if families:
-            moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
-            zero_keys = {family.key for family in families if not moving & set(family.all_columns)}
-        if zero_keys <= zero:
+        moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+        reasons = {f.key: _ZERO for f in families if not moving & set(f.all_columns)}
+        if not isinstance(outcome, Choice) and not reasons:
+            reasons = _given_twice(families, arm, dict(zip(numbers, columns.numbers.T, strict=True)), table)
+        if reasons.keys() <= left_out.keys():
             if isinstance(outcome, Choice):
                 _require_one_role_each(outcome, table)
                 return outcome, columns
             raise outcome
-        zero |= zero_keys
+        left_out |= reasons
+
+
+def _given_twice(
+    families: Sequence[Family], arm: RobotArm, numbers: Mapping[int, FloatArray], table: LogTable
+) -> dict[object, str]:
+    """Families whose numbers are those of another in another unit, such as degrees beside radians.
+
+    Of these the one in SI units stays, else the first.
+    """
+    joints = enumerate(arm.joints)
+    sizes = {k: units_of(families[0].role, joint.kind == "revolute") for k, joint in joints}
+
+    def in_si(family: Family) -> FloatArray:
+        return np.array([numbers[c[0]] * sizes[k].get(family.unit, 1.0) for k, c in sorted(family.columns.items())])
+
+    first, *others = sorted(families, key=lambda f: all(f.unit != next(iter(of)) for of in sizes.values()))
+    values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
+    tolerance = _EQUAL_DIGITS * float(np.nanmax(np.abs(values), initial=0.0))
+    equal = [f for f in others if np.allclose(in_si(f), values, rtol=0.0, atol=tolerance, equal_nan=True)]
+    return {family.key: same for family in equal}
 
 
 def _require_one_role_each(choice: Choice, table: LogTable) -> None:
@@ -129,21 +160,26 @@ def _require_one_role_each(choice: Choice, table: LogTable) -> None:
         used[column] = use
 
 
-def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
-    """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
+def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[object, str]) -> Choice:
+    """Choose columns, or refuse; `left_out` are the keys of families that their numbers leave out."""
+    mapped, units = _mapped(table, arm, reading)
     meanings = _meanings(table, arm, reading)
+    for column, unit in units.items():
+        meanings[column] = replace(meanings[column], unit=unit)
     plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
+    first_of: dict[str, int] = {}
     for k, name in enumerate(plain if table.set_points and not reading.map else ()):
-        if name in plain[:k]:
-            places = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
+        if first_of.setdefault(name, k) < k:
+            places = f"{table.names[k]} in column {k + 1}, {name} in column {first_of[name] + 1}"
             raise refusal(f"column {name} is given twice", table.where(None, k), "one column", places)
     # In a file of set points q1 is the arm's first joint, whatever its name, with or without a header line.
     named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
     in_order = table.set_points or (named and complete)
     names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
-    log = _NamedLog(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
-    mapped = _mapped(table, arm, reading)
+    families = families_of(meanings, names, table.names)
+    patterned = frozenset(pattern.role for pattern in _patterns(table, reading))
+    log = _NamedLog(table, arm, reading, meanings, families, patterned, left_out)
     chosen: dict[str, Family] = {}
     uses: list[tuple[int, ColumnUse]] = []
     for role in ROLES:
@@ -158,6 +194,9 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[ob
             chosen[role] = family
         if family is not None or column_of_joint:
             uses += _uses(log, role, family, column_of_joint)
+    roles = {use.role for _, use in uses}
+    if reading.torque_constant is not None and "torque" not in roles:
+        raise _no_currents(log)
     kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
@@ -177,12 +216,59 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[ob
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
         step = "choose the arm of this file, or complete the columns"
         raise refusal(message, where, expected, _listed(table.names), step)
-    return Choice(tuple(uses), time, unused, measured, exact, tuple(_remarks(log, chosen)), chosen)
+    remarks = _remarks(log, chosen)
+    if measured and "torque" not in roles and ("torque", -1) not in mapped:
+        remarks += _unknown_torques(log, {column for column, _ in uses})
+    return Choice(tuple(uses), time, unused, measured, exact, tuple(remarks), chosen)
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """Columns of a role whose names differ where the star stands, as the user gives them."""
+
+    role: MotionRole
+    text: str
+    unit: str  # "" if it is not said
+
+    def columns(self, table: LogTable) -> dict[int, str]:
+        """Columns that it names, and what stands for the star."""
+        front, _, end = self.text.partition("*")
+        starred = re.compile(f"{re.escape(front)}(.+){re.escape(end)}")
+        matches = ((k, starred.fullmatch(name)) for k, name in enumerate(table.names))
+        return {k: match[1] for k, match in matches if match is not None}
+
+
+def _patterns(table: LogTable, reading: Reading) -> list[_Pattern]:
+    """Patterns among the columns that the user names."""
+    patterns = []
+    for role in ROLES:
+        for mapped_role, column in reading.map:
+            if mapped_role == role and "*" in column and column not in table.names:
+                patterns.append(_Pattern(role, *_without_unit(column, role, table)))
+    return patterns
+
+
+def _without_unit(column: str, role: str, table: LogTable) -> tuple[str, str]:
+    """Split `NAME:UNIT`; the unit is "" where the whole is a column's name or no unit is given."""
+    name, colon, text = column.rpartition(":")
+    if not colon or column in table.names:
+        return column, ""
+    units = TIME_UNITS if role == "time" else {**units_of(role, True, True), **units_of(role, False)}
+    unit = unit_in_words(text) or ""
+    kinds = (True, False)
+    fits = unit in TIME_UNITS if role == "time" else any(fitting_unit(unit, role, kind, True) for kind in kinds)
+    if fits:
+        return name, unit
+    if name in table.names or "*" in name or name.startswith("#"):
+        message, where = f"{text!r} is no unit of {role}", f"--map {role}={column}"
+        raise refusal(message, where, f"{name} alone, or with one of {', '.join(units)}", repr(text))
+    return column, ""
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
     """Meanings of the columns' names; columns of text and those not asked for have none."""
     joints = known_joints([joint.name for joint in arm.joints])
+    known = {word for joint in arm.joints for word in words_of(joint.name)}
     for role, log_name in reading.map:
         if role.startswith("joint:"):
             joint = _joint_named(role.removeprefix("joint:"), arm)
@@ -193,14 +279,16 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         raise _no_column(name, table, "--columns")
     meanings = []
     for k, name in enumerate(table.names):
-        meaning = meaning_of(name, joints) if name and (not only or name in only) else Meaning("other")
+        asked = name and (not only or name in only)
+        meaning = meaning_of(name, joints, known) if asked else Meaning("other")
         unit, role = meaning.unit, meaning.role
         if role in ROLES:
-            fits = not unit or any(fitting_unit(unit, role, revolute) for revolute in (True, False))
+            currents = reading.torque_constant is not None
+            fits = not unit or any(fitting_unit(unit, role, kind, currents) for kind in (True, False))
         else:
             fits = role != "time" or unit in ("", *TIME_UNITS)
         text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
-        meanings.append(meaning if fits and not text else Meaning("other", unit=unit))
+        meanings.append(meaning if fits and not text else Meaning("other", unit=unit, word=role if text else ""))
     # Columns name0, name1 and so on hold the joints' names of the numbered columns.
     naming = [
         k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
@@ -213,25 +301,41 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         label = labels.get(meaning.number)
         if meaning.role in ROLES and label is not None and meaning.joint is None:
             meanings[k] = replace(meaning, token=() if label in joints else label, joint=joints.get(label))
+    patterns = [(pattern, pattern.columns(table)) for pattern in _patterns(table, reading)]
+    for pattern, stars in patterns:
+        if not stars:
+            raise _no_column(pattern.text, table, "--map")
+    replaced = {pattern.role for pattern, _ in patterns}
+    meanings = [Meaning("other", unit=m.unit) if m.role in replaced else m for m in meanings]
+    for pattern, stars in patterns:
+        for k, star in stars.items():
+            unit = pattern.unit or meanings[k].unit
+            meanings[k] = meaning_by_pattern(pattern.role, pattern.text, star, unit, joints)
     return meanings
 
 
-def _mapped(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
-    """Columns named by the user, by role and joint; joint -1 for a role to leave out."""
+def _mapped(
+    table: LogTable, arm: RobotArm, reading: Reading
+) -> tuple[dict[tuple[str, int], int], dict[int, str]]:
+    """Columns named by the user, by role and joint, -1 for a role to leave out; and units given for columns."""
     mapped: dict[tuple[str, int], int] = {}
+    units: dict[int, str] = {}
     for role, column in reading.map:
         quantity, colon, joint = role.partition(":")
-        if quantity == "joint" and colon:
+        if (quantity == "joint" and colon) or (role in ROLES and "*" in column and column not in table.names):
             continue
         if quantity not in (*ROLES, "time") or ((quantity == "time") == bool(colon) and column != _NONE):
-            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; or qd=none"
+            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; 'q=NAME*'; or qd=none"
             message = f"{quantity} of which joint?" if quantity in ROLES else f"unknown role {role!r}"
             raise refusal(message, "--map", expected, f"{role}={column}")
         if column == _NONE and quantity != "q":
             mapped[quantity, -1] = -1
         else:
-            mapped[quantity, _joint_named(joint, arm) if colon else 0] = _column_named(column, table)
-    return mapped
+            name, unit = _without_unit(column, quantity, table)
+            number = _column_named(name, table)
+            mapped[quantity, _joint_named(joint, arm) if colon else 0] = number
+            units |= {number: unit} if unit else {}
+    return mapped, units
 
 
 def _joint_named(name: str, arm: RobotArm) -> int:
@@ -279,19 +383,25 @@ def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mappin
     """Choose the family of a role; positions are required."""
     words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
-    if role != "q" and q is not None and not words:
+    if role != "q" and q is not None and not words and role not in log.patterned:
         # Quantities of the positions' topic, measured or commanded like them, are preferred.
         commanded = q.kind == "target"
-        of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
+        any_topic = "q" in log.patterned
+        of_role = [
+            f for f in of_role if (any_topic or f.topic == q.topic) and (f.kind == "target") == commanded
+        ]
     complete = [
         f for f in of_role if all(j in f.columns or j in column_of_joint for j in range(log.arm.n_joints))
     ]
-    alive = [family for family in complete if family.key not in log.zero]
-    if not complete and role == "q":
+    alive = [family for family in complete if family.key not in log.left_out]
+    if not complete and (role == "q" or role in log.patterned):
         if column_of_joint:
             raise _incomplete(log, role, column_of_joint)
-        raise _no_positions(log, of_role, words)
-    if not complete or (not alive and role != "q"):
+        texts = [k for k, meaning in enumerate(log.meanings) if _is_text(meaning) and meaning.word == role]
+        if texts:
+            raise _no_numbers(log.table, texts[0])
+        raise _lacking(log, role, of_role) if of_role else _no_positions(log, words)
+    if not complete or (not alive and role != "q" and role not in log.patterned):
         return None
 
     def preference(family: Family) -> tuple[int, ...]:
@@ -337,7 +447,12 @@ def _uses(
         if not stated_unit:
             degrees = log.reading.degrees and is_revolute and role != "torque"
             stated_unit = "deg" if degrees else next(iter(units_of(role, is_revolute)))
-        unit = fitting_unit(stated_unit, role, is_revolute)
+        currents = log.reading.torque_constant is not None
+        unit = fitting_unit(stated_unit, role, is_revolute, currents)
+        if unit is None and role == "torque" and stated_unit in UNITS["current"]:
+            message, expected = f"column {table.names[column]} is in {stated_unit}", "the joint's torque per ampere"
+            step = f"--torque-constant with {log.arm.n_joints} numbers, or --map torque=none"
+            raise refusal(message, table.where(None, column), expected, stated_unit, step)
         if unit is None:
             message = f"column {table.names[column]} is in {stated_unit}"
             expected = ", ".join(units_of(role, is_revolute))
@@ -372,7 +487,8 @@ def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns 
         for k, name in enumerate(table.names):
             cells = table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
-                message = f"the time in column {name} is text, which is not read as instants"
+                message = f"the time in column {name} is text that is not read as instants"
+                expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
                 raise refusal(message, table.where(None, k), expected, in_python(cells[0]), step)
         message = "no column is recognized as time"
         raise refusal(message, table.where(), expected, _listed(table.names), step)
@@ -381,18 +497,36 @@ def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns 
 
 def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
-    why = {}
+    why: dict[int, str] = {}
     for column, meaning in enumerate(log.meanings):
         if column not in used and meaning.role not in _TIMED:
-            why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
+            why[column] = _why_unused(meaning)
     for family in log.families:
-        reason = "0 throughout" if family.key in log.zero else "of another family"
+        reason = log.left_out.get(family.key, "of another family")
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
             reason = "target; measured is used"
         why |= dict.fromkeys(set(family.all_columns) - used, reason)
         if family.why != "by name":
             why |= dict.fromkeys(set(family.extra) - used, "of a joint that the arm lacks")
     return why
+
+
+def _is_text(meaning: Meaning) -> bool:
+    """Whether a column has the name of a role, which is its word, but holds text."""
+    return meaning.role == "other" and bool(meaning.word)
+
+
+def _why_unused(meaning: Meaning) -> str:
+    """Why a column is no quantity of the joints' motion, by its name."""
+    if meaning.role == "name":
+        return "names of joints"
+    if _is_text(meaning):
+        return "text, not numbers"
+    if meaning.unit and not meaning.unknown:
+        return f"in {meaning.unit}, no unit of the joints' motion"
+    if meaning.unknown and (meaning.joint is not None or meaning.number is not None):
+        return f"beside the joint, what {' '.join(meaning.unknown)} means is unknown"
+    return "no quantity of the joints' motion"
 
 
 def _map_option(pair: str) -> str:
@@ -426,14 +560,71 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
         check = f"left out: {left_out}; check that the log belongs to this arm"
         remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
-        zero_families = [
-            f for f in log.families if f.role == role and f.key in log.zero and f.key != family.key
-        ]
-        if zero_families:
-            first = ", ".join(log.table.names[min(f.all_columns)] for f in zero_families)
-            source = log.table.names[min(family.all_columns)]
-            remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {source} ...")
+        for reason in dict.fromkeys(log.left_out.values()):
+            keys = {key for key in log.left_out if log.left_out[key] == reason} - {family.key}
+            others = [f for f in log.families if f.role == role and f.key in keys]
+            if others:
+                first = ", ".join(log.table.names[min(f.all_columns)] for f in others)
+                source = log.table.names[min(family.all_columns)]
+                remarks.append(f"{first} ... are {reason}; {_PLURAL[role]} taken from {source} ...")
     return remarks
+
+
+def _candidates(log: _NamedLog, columns: Iterable[int]) -> list[str]:
+    """Patterns that match a column of each of the arm's joints among these, at most a few."""
+    arm, table = log.arm, log.table
+    names = [joint.name for joint in arm.joints]
+    joints = known_joints(names)
+    stars_of: dict[str, dict[int, str]] = {}
+    for k in columns:
+        if any(isinstance(cell, str) for cell in table.head(k)):
+            continue
+        for pattern, star in patterns_of(table.names[k], joints):
+            stars_of.setdefault(pattern, {})[k] = star
+    patterns: dict[frozenset[int], str] = {}
+    for pattern, stars in stars_of.items():
+        if len(stars) >= arm.n_joints:
+            meanings = [Meaning("other")] * len(table.names)
+            for k, star in stars.items():
+                meanings[k] = meaning_by_pattern("q", pattern, star, "", joints)
+            families = families_of(meanings, names, table.names)
+            if any(len(family.columns) == arm.n_joints for family in families):
+                patterns.setdefault(frozenset(stars), pattern)
+    return [*patterns.values()][:_MOST_CANDIDATES]
+
+
+def _pattern_options(role: str, patterns: Sequence[str]) -> str:
+    return " or ".join(_map_option(f"{role}={pattern}") for pattern in patterns)
+
+
+def _unknown_columns(log: _NamedLog) -> list[int]:
+    """Columns of no unit of which the words beside the joint are unknown."""
+    return [k for k, meaning in enumerate(log.meanings) if meaning.unknown and not meaning.unit]
+
+
+def _unknown_torques(log: _NamedLog, used: Collection[int]) -> list[str]:
+    """A warning of unused columns that may be the torques that a recording lacks."""
+    patterns = _candidates(log, [column for column in _unknown_columns(log) if column not in used])
+    listed, options = ", ".join(patterns), _pattern_options("torque", patterns)
+    warning = f"no torques are read, and what {listed} is in the log is unknown; if torques: {options}"
+    return [warning] if patterns else []
+
+
+def _no_currents(log: _NamedLog) -> TrajectoryError:
+    """Error for torque constants of a log without columns of torque."""
+    currents = [k for k, name in enumerate(log.table.names) if set(words_of(name)) & CURRENTS]
+    patterns = _candidates(log, currents) or _candidates(log, _unknown_columns(log))
+    step = _pattern_options("torque", patterns) or "--map torque:JOINT=COLUMN for every joint"
+    message, expected = "no columns for the torque constants", "columns of torque or currents, one per joint"
+    where = f"--torque-constant; {log.table.where()}"
+    return refusal(message, where, expected, _listed(log.table.names), f"name the currents: {step}")
+
+
+def _no_numbers(table: LogTable, column: int) -> TrajectoryError:
+    """Error for a column with the name of a role whose cells are text."""
+    message, cell = f"{table.label(column)} is not a number", in_python(table.head(column)[0])
+    step = "correct the cells, or choose the columns with --map"
+    return refusal(message, table.where(0, column), "numbers", cell, step)
 
 
 def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
@@ -453,24 +644,30 @@ def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> Ambigui
     return error
 
 
-def _no_positions(log: _NamedLog, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
-    """Error for a log whose positions are not those of all the arm's joints."""
+def _lacking(log: _NamedLog, role: str, of_role: Sequence[Family]) -> TrajectoryError:
+    """Error for a quantity that is not given for all of the arm's joints."""
     table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]
-    if words and not of_role and any(family.role == "q" for family in log.families):
+    nearest = max(of_role, key=lambda family: len(family.columns))
+    missing = [name for j, name in enumerate(names) if j not in nearest.columns]
+    used_names = [table.names[c] for c in nearest.all_columns]
+    remaining_names = [name for name in table.names if name and name not in {*used_names}]
+    what = _PLURAL[role]
+    message, expected = f"the log has no {what[:-1]} of joint {', '.join(missing)}", ", ".join(names)
+    listed = _listed(used_names) + (f"; also {_listed(remaining_names)}" if remaining_names else "")
+    step = f"--map '{role}:{missing[0]}=COLUMN' names a column, or choose the log's arm"
+    return refusal(message, table.where(), f"{what} of all joints: {expected}", listed, step)
+
+
+def _no_positions(log: _NamedLog, words: Sequence[str]) -> TrajectoryError:
+    """Error for a log without positions."""
+    table, arm = log.table, log.arm
+    names = [joint.name for joint in arm.joints]
+    if words and any(family.role == "q" for family in log.families):
         family_words = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
         message = f"no positions are of family {' '.join(words)}"
         step = "give one of these words with --family"
         return refusal(message, table.where(), ", ".join(family_words), " ".join(words), step)
-    if of_role:
-        nearest = max(of_role, key=lambda family: len(family.columns))
-        missing = [name for j, name in enumerate(names) if j not in nearest.columns]
-        used_names = [table.names[c] for c in nearest.all_columns]
-        remaining_names = [name for name in table.names if name and name not in used_names]
-        message, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
-        listed = _listed(used_names) + (f"; also {_listed(remaining_names)}" if remaining_names else "")
-        step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the log's arm"
-        return refusal(message, table.where(), f"positions of all joints: {expected}", listed, step)
     strangers = {
         as_written(meaning.token, name) if meaning.label else name: None
         for meaning, name in zip(log.meanings, table.names, strict=True)
@@ -478,7 +675,10 @@ def _no_positions(log: _NamedLog, of_role: Sequence[Family], words: Sequence[str
     }
     if strangers:
         message, listed = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        if len(strangers) == arm.n_joints:
+        patterns = _candidates(log, [k for k, meaning in enumerate(log.meanings) if meaning.role == "q"])
+        if patterns:
+            step = f"if these are the arm's joints in order of number: {_pattern_options('q', patterns)}"
+        elif len(strangers) == arm.n_joints:
             pairs = (
                 _map_option(f"joint:{arm_name}={log_name}")
                 for arm_name, log_name in zip(names, strangers, strict=True)
@@ -487,6 +687,10 @@ def _no_positions(log: _NamedLog, of_role: Sequence[Family], words: Sequence[str
         else:
             step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
         return refusal(message, table.where(), ", ".join(names), listed, step)
-    message, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
+    message = "no column is recognized as a joint position"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
-    return refusal(message, table.where(), expected, _listed(table.names), f"name the columns: {step}")
+    patterns = _candidates(log, _unknown_columns(log))
+    step = f"name the columns: --map 'q:{names[0]}=COLUMN' and so on"
+    if patterns:
+        step = f"if these are positions: {_pattern_options('q', patterns)}; in degrees 'q={patterns[0]}:deg'"
+    return refusal(message, table.where(), expected, _listed(table.names), step)

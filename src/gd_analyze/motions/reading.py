@@ -38,7 +38,9 @@ class Reading:
         header, the only columns to use. `q1..q6` stands for six names.
     map
         Pairs of a role and its column: "time" or "q:JOINT" (qd, qdd, torque) and a name or #NUMBER from 1;
-        "joint:JOINT" and the joint's name in the log; "torque" (qd, qdd) and "none".
+        "q" (qd, qdd, torque) and a pattern whose star stands for a joint's name or number; "joint:JOINT" and
+        the joint's name in the log; "torque" (qd, qdd) and "none". A unit may follow a column or pattern:
+        "Timestamp:us", "AIPos.A*:deg".
     rate
         Samples per second, Hz, if the log counts samples or has no time.
     time_unit
@@ -86,7 +88,7 @@ class Reading:
     ) -> Reading:
         """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
-        Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
+        Patterns are typed so, too: "q=AIPos.A*:deg". Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
 
         Raises
         ------
@@ -170,17 +172,20 @@ class Treatment:
 def _pair(entry: str, where: str) -> tuple[str, str]:
     role, _, column = entry.partition("=")
     if not role.strip() or not column.strip():
-        expected = "ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3"
+        expected = "ROLE=COLUMN, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
         raise refusal("this is not a mapping", where, expected, repr(entry))
     return role.strip(), column.strip()
 
 
 def _joint_by_joint(role: str, column: str) -> list[tuple[str, str]]:
     """Roles of `q=mp1..mp7`, a column per joint; any other pair itself."""
-    names = _expanded(column) if role in ROLES else [column]
+    before_unit = column.rpartition(":")[0]
+    span = before_unit if _RANGE.fullmatch(before_unit) else column
+    names = _expanded(span) if role in ROLES else [column]
     if len(names) == 1:
         return [(role, column)]
-    return [(f"{role}:{joint}", name) for joint, name in enumerate(names, start=1)]
+    of_unit = column.removeprefix(span)
+    return [(f"{role}:{joint}", f"{name}{of_unit}") for joint, name in enumerate(names, start=1)]
 
 
 def _expanded(entry: str) -> list[str]:

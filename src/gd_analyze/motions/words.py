@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 from gd_analyze.units import KINDS, UNITS, unit_named
@@ -20,38 +21,42 @@ _PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
 _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
 # Units of drives, counts of unknown size, and units that no motion uses.
 _FOREIGN = word_set(
-    "a ma amp amps v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
+    "v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
     "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm"
 )
 
 
 def unit_in_words(text: str) -> str | None:
     """Read a unit in any known spelling; None if it is unknown."""
-    bare = re.sub(r"\s+", "", text).lower().replace("²", "^2").replace("**2", "^2")
-    if bare == "rpm":
+    bare = re.sub(r"\s+", "", text).replace("²", "^2").replace("**2", "^2")
+    if bare.lower() == "rpm":
         return "rpm"
     base, slash, per = bare.partition("/")
-    if re.sub(r"[-.*·]", "", base) in _FOREIGN and (not slash or per in _TIMES):
-        return bare
+    per = per.lower()
+    if re.sub(r"[-.*·]", "", base.lower()) in _FOREIGN and (not slash or per in _TIMES):
+        return bare.lower()
     unit = unit_named(base)
     kind = "" if unit is None else KINDS[unit]
     if not slash:
-        return unit if kind in ("time", "angle", "length", "torque", "force") else None
+        return unit if kind in ("time", "angle", "length", "torque", "force", "current") else None
     return f"{unit}{_TIMES[per]}" if kind in ("angle", "length") and per in _TIMES else None
 
 
-def units_of(role: str, revolute: bool) -> dict[str, float]:
-    """Units of a joint's q, qd, qdd or torque, the SI unit first, and their size in SI."""
+def units_of(role: str, revolute: bool, currents: bool = False) -> dict[str, float]:
+    """Units of a joint's q, qd, qdd or torque, the SI unit first, and their size in SI.
+
+    With `currents` torque may be in amperes, too.
+    """
     if role == "torque":
-        return UNITS["torque" if revolute else "force"]
+        return UNITS["torque" if revolute else "force"] | (UNITS["current"] if currents else {})
     sizes = UNITS["angle" if revolute else "length"]
     units = {f"{unit}{_PER[role]}": size for unit, size in sizes.items()}
     return units | ({"rpm": 2 * math.pi / 60.0} if revolute and role == "qd" else {})
 
 
-def fitting_unit(stated: str, role: str, revolute: bool) -> str | None:
+def fitting_unit(stated: str, role: str, revolute: bool, currents: bool = False) -> str | None:
     """Unit of a role for the unit `stated` in a name; None if that belongs to another quantity."""
-    units = units_of(role, revolute)
+    units = units_of(role, revolute, currents)
     return next((unit for unit in (stated, stated + _PER.get(role, "")) if unit in units), None)
 
 
@@ -68,7 +73,7 @@ _WORDS_OF: dict[NameRole, str] = {
     "q": "q pos position positions angle angles theta th phi",
     "qd": "qd dq qdot vel vels velocity velocities speed speeds rate rates omega dtheta thetadot thetad",
     "qdd": "qdd ddq qddot acc accel acceleration accelerations ddtheta thetaddot thetadd",
-    "torque": "tau torque torques trq effort efforts moment moments",
+    "torque": "tau torque torques trq tq effort efforts moment moments",
 }
 _ROLE_WORDS = {word: role for role, words in _WORDS_OF.items() for word in words.split()}
 # In a log with q, theta means something else, such as motor angles in libfranka.
@@ -78,13 +83,17 @@ TARGET = word_set(
     "target tgt command commanded cmd cmptd desired des reference ref setpoint setpoints planned plan "
     "goal nominal demand demanded interpolated"
 )
+# The command in records of demonstrations: action.elbow.pos. In topics it is a kind of interface.
+_ACTION = "action"
+# Words of currents.
+CURRENTS = word_set("current currents cur amp amps ampere amperes")
 # Words beside a joint in a log that are not quantities of its motion.
 _BLOCKED = word_set(
     "temp temps temperature temperatures cur currents amps voltage voltages pose tcp cartesian ext "
     "external contact collision tool scaling fraction mode error errors err deviation force forces wrench "
     "imu status power jerk covariance variance std limit limits max min offset dtau stiffness window "
     "model modelled predicted ff feedforward coriolis inertia residual bias delta init initial damping "
-    "gravity friction quaternion orientation tf success digital analog"
+    "gravity friction quaternion orientation tf success digital analog gain gains ratio valid enabled enable flag"
 )
 # Words that only say that a joint is named.
 _FILLERS = word_set("joint joints jnt axis axes j actuator motor")
@@ -102,6 +111,8 @@ _COMPOSED = re.compile(
     r"(q|dq|qd|ddq|qdd|tau|pos|vel|acc|torque|position|velocity)"
     r"(act|actual|meas|des|desired|ref|cmd|target|tgt)"
 )
+# Axis positions in KUKA's telegrams: actual and commanded, of the arm and of external axes.
+_OF_KUKA = {"ai": "actual", "ei": "actual", "as": "setpoint", "es": "setpoint"}
 _DERIVED = {
     **{("q", "dot"): "qd", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd", ("d", "q"): "dq", ("dd", "q"): "ddq"},
     **{("theta", "dot"): "thetadot", ("thetadot", "dot"): "thetaddot"},
@@ -121,8 +132,18 @@ def words_of(name: str) -> Words:
     return tuple(word.lower() for word in _WORD.findall(name))
 
 
+# Units that a name may hold anywhere: q_deg_1, posDeg2, tau_mNm_3, vel_rad_s_4.
+_RATE = re.compile(
+    r"(?i)(?<![a-z])(deg|rad|mrad|mm)(?:[_ /]per[_ /]|[_ /]|p)s(?:ec)?(\^?2)?(?=[_ .\[(/-]|[0-9]*$)"
+)
+_COUNT = re.compile(r"(?<![0-9])[0-9]{1,6}(?![0-9])")
+_LETTERS = re.compile(r"[^\W\d_]+")
+_ANGLES = word_set("deg degs degree degrees rad rads radian radians")
+_ANYWHERE = _ANGLES | word_set("mrad rpm mm cm nm mnm knm ncm ma")
+
+
 def unit_taken_out(name: str) -> tuple[str, str]:
-    """Split a unit in brackets or at the end off a name; "" if there is none."""
+    """Split a unit off a name: in brackets, at the end, or a word of it; "" if there is none."""
     for match in _BRACKETED.finditer(name):
         unit = unit_in_words(match[1] or match[2])
         if unit is not None:
@@ -135,7 +156,31 @@ def unit_taken_out(name: str) -> tuple[str, str]:
             unit = unit_in_words(last)
             if unit is not None and not last[:1].isdigit():
                 return front, unit
+    rate = _RATE.search(name)
+    if rate is not None:
+        per = "s^2" if rate[2] else "s"
+        return f"{name[: rate.start()]}_{name[rate.end() :]}", f"{unit_named(rate[1])}/{per}"
+    for pattern, words in ((_LETTERS, _ANYWHERE), (_WORD, _ANGLES)):
+        for match in pattern.finditer(name):
+            unit = unit_in_words(match[0]) if match[0].lower() in words else None
+            if unit is not None:
+                return f"{name[: match.start()]}_{name[match.end() :]}", unit
     return name, ""
+
+
+def foreign_unit(name: str, known: Container[str]) -> str:
+    """What stands in brackets in a name and is no unit, index or word that a name may have; "" if nothing.
+
+    `known` are the words of the arm's joints.
+    """
+    for match in _BRACKETED.finditer(name):
+        text = match[1] or match[2]
+        words = words_of(text)
+        if unit_in_words(text) is None and any(
+            not (_names_nothing(word) or _names_role_or_kind(word) or word in known) for word in words
+        ):
+            return text.strip()
+    return ""
 
 
 def joint_of(words: Words) -> tuple[Words, int | None]:
@@ -187,6 +232,7 @@ class Meaning:
     # Clarity of the role: 0 for `q` and `position`, 1 for `theta`, 2 for the bare name of a joint
     rank: int = 0
     word: str = ""  # the word of the role
+    unknown: Words = ()  # words beside a joint without a role, which make it no position
 
     @property
     def label(self) -> Words:
@@ -199,8 +245,11 @@ class Meaning:
         return joint_of(self.token)[1]
 
 
-def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
-    """Read a column's name; `joints` are the words of the arm's joints and their numbers from 0."""
+def meaning_of(name: str, joints: Mapping[Words, int], known: Container[str] = ()) -> Meaning:
+    """Read a column's name.
+
+    `joints` are the words of the arm's joints and their numbers from 0, `known` all words in their names.
+    """
     text, unit = unit_taken_out(name.strip().lstrip("%#"))
     parts = (_merged(words_of(part)) for part in re.split(r"[/.]", text))
     segments = [segment for segment in parts if segment]
@@ -217,7 +266,9 @@ def meaning_of(name: str, joints: Mapping[Words, int]) -> Meaning:
         blocked -= {"cur", "currents"}
     if blocked or words & {"error", "err"} or ("current" in last and not words & set(_ROLE_WORDS)):
         return Meaning("other", unit=unit)
-    return _of_joint(*_known_joint(segments, joints), unit)
+    meaning = _of_joint(*_known_joint(segments, joints, words), unit, known)
+    foreign = "" if unit or meaning.role not in _WORDS_OF else foreign_unit(text, known)
+    return replace(meaning, role="other", unit=foreign) if foreign else meaning
 
 
 def _is_count(word: str) -> bool:
@@ -230,6 +281,8 @@ def _merged(words: Words) -> Words:
     for word in words:
         composed = _COMPOSED.fullmatch(word)
         for part in composed.groups() if composed and word not in _ROLE_WORDS else (word,):
+            if part == "pos" and out and out[-1] in _OF_KUKA:
+                out[-1] = _OF_KUKA[out[-1]]
             while out and (out[-1], part) in _DERIVED:
                 part = _DERIVED[out.pop(), part]
             out.append(part)
@@ -251,17 +304,22 @@ def _role_of_time(segments: Sequence[Words]) -> NameRole | None:
     return None
 
 
-def _known_joint(segments: list[Words], joints: Mapping[Words, int]) -> tuple[list[Words], int, int | None]:
+def _known_joint(
+    segments: list[Words], joints: Mapping[Words, int], all_words: Set[str]
+) -> tuple[list[Words], int, int | None]:
     """The segments without the words of the named joint, its segment and its number.
 
     Words of role and kind may stand among those of the joint: axis_a_1 is named by AXIS_ACT_A1.
     """
+    likely = [words for words in sorted(joints, key=len, reverse=True) if all_words.issuperset(words)]
+    if not likely:
+        return segments, -1, None
     all_places = [range(len(segment)) for segment in segments]
     bare = [
         [i for i in at if not _names_role_or_kind(segment[i])]
         for at, segment in zip(all_places, segments, strict=True)
     ]
-    for words in sorted(joints, key=len, reverse=True):
+    for words in likely:
         for places in (all_places, bare):
             for k, (segment, at) in enumerate(zip(segments, places, strict=True)):
                 for first in range(len(at) - len(words) + 1):
@@ -276,7 +334,9 @@ def _names_role_or_kind(word: str) -> bool:
     return word in _ROLE_WORDS or word in MEASURED or word in TARGET
 
 
-def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> Meaning:
+def _of_joint(
+    segments: list[Words], at: int, joint: int | None, unit: str, known: Container[str]
+) -> Meaning:
     """Role, joint and group of a name other than time."""
     with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
@@ -290,7 +350,7 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
                 role, rank, role_word = _ROLE_WORDS[word], int(word in _SECOND_CHOICE), word
             elif k == role_at and word == "d" and i and segment[i - 1] in (*_ROLE_WORDS, "j"):
                 group.append("desired")
-            elif word in MEASURED or word in TARGET:
+            elif word in MEASURED or word in TARGET or (k == i == 0 and word == _ACTION):
                 group.append(word)
             else:
                 words.append((k, word))
@@ -309,14 +369,61 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str) -> M
             not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
         )
         is_external = number is not None and label == EXTERNAL
-        # elbow is a position; elbow_enabled and elbow_x are other quantities.
-        has_more_words = joint is not None and any(k == at and not _names_nothing(word) for k, word in words)
-        if has_more_words or (joint is None and not counts and not names_joint and not is_external):
+        # elbow and joint_2 are positions; elbow_enabled, temp_joint_2 and MACur.A2 are other quantities, and
+        # so is target_2.
+        unknown = _unknown_words(segments, known)
+        says_joint = bool(set(token) & _FILLERS)
+        is_named = names_joint or is_external or (counts and (bool(label) or says_joint or not group))
+        if joint is None and not (is_named or unknown):
             return Meaning("other", token, unit=unit)
+        if (joint is not None or number is not None or not is_named) and unknown:
+            return Meaning("other", token, joint, unit=unit, unknown=unknown)
         token = (str(number),) if counts else token
         role, rank = "q", 2
-    kind: Kind = "target" if set(group) & TARGET else "measured" if set(group) & MEASURED else "plain"
-    return Meaning(role, token, joint, tuple(group), kind, unit, rank, role_word)
+    return Meaning(role, token, joint, tuple(group), _kind_of(group), unit, rank, role_word)
+
+
+def _kind_of(words: Sequence[str]) -> Kind:
+    """Whether words say measured or target."""
+    if words[:1] in ([_ACTION], (_ACTION,)) or set(words) & TARGET:
+        return "target"
+    return "measured" if set(words) & MEASURED else "plain"
+
+
+def meaning_by_pattern(
+    role: NameRole, pattern: str, star: str, unit: str, joints: Mapping[Words, int]
+) -> Meaning:
+    """Meaning of a column by the user's pattern, whose star stands for the words of the joint."""
+    words = _merged(words_of(star))
+    label, number = joint_of(words)
+    token = (str(number),) if number is not None and label in ((), _SINGLE) else words
+    kind = _kind_of(_merged(words_of(pattern.replace("*", " "))))
+    joint = joints.get(words)
+    return Meaning(role, () if joint is not None else token, joint, kind=kind, unit=unit)
+
+
+def patterns_of(name: str, joints: Mapping[Words, int]) -> Iterator[tuple[str, str]]:
+    """A name with a star in place of a joint's words or a number, and what stood there; in every way."""
+    spans = [
+        match.span()
+        for words in joints
+        for match in re.finditer("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
+    ]
+    longest = [max(spans, key=lambda span: span[1] - span[0])] if spans else []
+    for start, end in [*longest, *(match.span() for match in _COUNT.finditer(name))]:
+        yield f"{name[:start]}*{name[end:]}", name[start:end]
+
+
+def _unknown_words(segments: list[Words], known: Container[str]) -> Words:
+    """Words of a name that say neither a role nor measured or target, nor which joint."""
+    out: list[str] = []
+    for segment in segments:
+        for word, following in pairwise((*segment, "")):
+            # The letter of A1 and E1 belongs to its number.
+            is_letter = word in (*_SINGLE, *EXTERNAL) and following.isdigit()
+            if not (_names_nothing(word) or _names_role_or_kind(word) or word in known or is_letter):
+                out.append(word)
+    return tuple(out)
 
 
 def _names_nothing(word: str) -> bool:
