@@ -51,7 +51,7 @@ def test_other_texts_are_none(text):
     [
         (lambda length: gd.types.Margin.parse(length).prismatic, "20mm"),
         (lambda length: gd.types.Tolerance.parse(length).prismatic, "2 cm"),
-        (lambda length: gd.types.Reading.of(offset=[f"3={length}"]).corrections.offset[0][1], "0.02 m"),
+        (lambda length: gd.types.Reading.of(offset=[f"3={length}"]).corrections.offset[0][1].si, "0.02 m"),
     ],
 )
 def test_margins_tolerances_and_offsets_read_the_same_units(read, alike):

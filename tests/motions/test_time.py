@@ -74,7 +74,7 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, "omit --rate"),
     "a rate for a pair": ("sec,nanosec,q_0\n1,0,1\n1,8,2\n", {"rate": 100.0}, "found: time in s"),
     "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, "no column is recognized as time"),
-    "a date": (table("time", ["2024-01-01T00:00:00"]), {}, "found: '2024-01-01T00:00:00'"),
+    "a date of two meanings": (table("time", ["03/04/2025 10:00:00"]), {}, "found: '03/04/2025 10:00:00'"),
     "no time": ("q_0,temp\n1,2\n2,3\n", {}, "--map time=COLUMN"),
     "two times": (TWO_TIMES, {}, "--map time=time or --map time=timestamp"),
     "a rate for instants since 1970": (

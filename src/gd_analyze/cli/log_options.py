@@ -101,13 +101,13 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "--cutoff",
             "Readings: cut-off frequency of the smoothing.  [default: from their noise]",
             metavar="HZ",
-            type=Amount("frequency"),
+            type=Amount("frequency", 0.01, 1e4),
         ),
         option(
             "--largest-gap",
             "Readings: longest step between samples that is no gap.",
             metavar="SECONDS",
-            type=Amount("time"),
+            type=Amount("time", 1e-4, 60.0),
         ),
     )
 

@@ -451,7 +451,7 @@ def _uses(
         unit = fitting_unit(stated_unit, role, is_revolute, currents)
         if unit is None and role == "torque" and stated_unit in UNITS["current"]:
             message, expected = f"column {table.names[column]} is in {stated_unit}", "the joint's torque per ampere"
-            step = f"--torque-constant with {log.arm.n_joints} numbers, or --map torque=none"
+            step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
             raise refusal(message, table.where(None, column), expected, stated_unit, step)
         if unit is None:
             message = f"column {table.names[column]} is in {stated_unit}"

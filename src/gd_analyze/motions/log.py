@@ -388,7 +388,7 @@ def _require_some_sound(wrong: Mapping[int, TrajectoryError], count: int) -> Non
     if len(wrong) == count:
         error = wrong[min(wrong)]
         expected, step = error.details.get("expected", ""), "choose other columns with --map, or record anew"
-        facts = [error.details.get("found", ""), f"so it is in all {count} rows"]
+        facts = [error.details.get("found", ""), f"none of {count} rows can be read"]
         raise refusal(error.what, error.details["where"], expected, facts, step)
 
 

@@ -16,6 +16,8 @@ MotionRole = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[MotionRole, ...] = ("q", "qd", "qdd", "torque")
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
+# Rates, Hz, at which motions are sampled.
+_LOWEST_RATE, _HIGHEST_RATE = 0.1, 1e5
 # Columns that one range q1..qN names, at most.
 _MOST_COLUMNS = 10_000
 
@@ -121,6 +123,10 @@ class Reading:
             raise refusal("unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit))
         if self.rate is not None and not 0.0 < self.rate <= LARGEST:
             raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
+        if self.rate is not None and not _LOWEST_RATE <= self.rate <= _HIGHEST_RATE:
+            expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{self.rate:g} Hz"
+            step = f"--rate {1 / self.rate:.6g} if {self.rate:g} is the time from sample to sample, in s"
+            raise refusal("no motion is sampled so", "rate", expected, content, step)
         if self.torque_constant is not None and None in self.torque_constant:
             expected = "a number per joint, N m/A, with commas"
             raise refusal("the torque constants are not numbers", "torque_constant", expected, "another word")

@@ -358,16 +358,16 @@ def _of_joint(
     token = tuple(word for k, word in words if k == token_at) if joint is None else ()
     # Words beside the joint distinguish families, containers do not.
     group += [w for k, w in words if (k != token_at or joint is not None) and not _names_nothing(w)]
+    label, number = joint_of(token)
+    # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name.
+    counts = number is not None and (
+        not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
+    )
     if role == "other":
-        label, number = joint_of(token)
         if "name" in label or "names" in label:
             return Meaning("name", token)
-        # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name; other words certainly name a joint only
-        # beside "joint".
+        # Other words certainly name a joint only beside "joint".
         names_joint = bool(set(token) & {"joint", "jnt", "axis"})
-        counts = number is not None and (
-            not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
-        )
         is_external = number is not None and label == EXTERNAL
         # elbow and joint_2 are positions; elbow_enabled, temp_joint_2 and MACur.A2 are other quantities, and
         # so is target_2.
@@ -378,8 +378,9 @@ def _of_joint(
             return Meaning("other", token, unit=unit)
         if (joint is not None or number is not None or not is_named) and unknown:
             return Meaning("other", token, joint, unit=unit, unknown=unknown)
-        token = (str(number),) if counts else token
         role, rank = "q", 2
+    # Of AIPos.A1 the segment A1 names the joint, in tau_a_1 the letter may be anything.
+    token = (str(number),) if counts and (rank == 2 or token == segments[token_at]) else token
     return Meaning(role, token, joint, tuple(group), _kind_of(group), unit, rank, role_word)
 
 
