@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,7 +74,8 @@ def test_late_torques_come_earlier(puma, lag):
         ({"torque_sign": "1,2"}, "--torque-sign"), ({"torque_sign": "1,-1"}, "--torque-sign"),
         ({"position_sign": "x"}, "--position-sign"), ({"offset": ["7=1"]}, "--offset"),
         ({"offset": ["elbow"]}, "--offset"), ({"offset": ["2=much"]}, "--offset"),
-        ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
+        ({"offset": ["2=10mm"]}, "--offset"), ({"offset": ["2=90"]}, "--offset"), ({"offset": {"2": 90.0}}, "--offset"),
+        ({"offset": ["2=4ms"]}, "--offset"), ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
         ({"couple": ["q3=q3 q2"]}, "--couple"), ({"lag": "4"}, "--lag"), ({"lag": "1000s"}, "--lag"),
     ],
 )  # fmt: skip
@@ -80,6 +83,31 @@ def test_what_does_not_fit_is_refused(puma, words, option):
     with pytest.raises(UsageError) as caught:
         corrections_of(**words).applied(np.arange(50.0), arrays(6), puma)
     assert option in str(caught.value)
+    # The options that the next step shows are accepted.
+    shown = re.findall(r"(--[a-z-]+) ([^\s,;]+(?:,-?1)*)", caught.value.details["next"])
+    assert shown
+    for name, word in shown:
+        key = name.removeprefix("--").replace("-", "_")
+        value = word if key in ("lag", "torque_sign", "position_sign") else [word]
+        if key.endswith("sign") and word.count(",") == 2:
+            continue  # of an arm of three joints
+        corrections_of(**{key: value}).applied(np.arange(50.0), arrays(6), puma)
+
+
+def test_an_offset_without_a_unit_is_one_of_its_joint():
+    """90 of a joint that turns and 200 of one that slides are asked for; with a unit they are taken."""
+    arm = gd.load_arm("scara")
+    slide = next(k for k, revolute in enumerate(arm.is_revolute, 1) if not revolute)
+    q = np.zeros((5, arm.n_joints))
+    for word in (f"{slide}=200", f"{slide}=90deg", "1=20mm", "1=7"):
+        with pytest.raises(UsageError):
+            corrections_of(offset=[word]).applied(np.arange(5.0), {"q": q}, arm)
+    corrected = corrections_of(offset=[f"{slide}=200mm", "1=400deg", "2=-1.5"]).applied(
+        np.arange(5.0), {"q": q}, arm
+    )
+    expected = np.zeros(arm.n_joints)
+    expected[[0, 1, slide - 1]] = np.radians(400), -1.5, 0.2
+    np.testing.assert_allclose(corrected["q"][0], expected, rtol=1e-15)
 
 
 def test_no_torques_to_correct(puma):

@@ -94,7 +94,7 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 @click.option(
     "--duration",
     required=True,
-    type=Amount("time", 0.01, 600.0),
+    type=Amount("time", most=600.0),
     metavar="SECONDS",
     help="Time from start to goal.",
 )

@@ -117,7 +117,9 @@ def chosen_columns(
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
         moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
-        reasons = {f.key: _ZERO for f in families if not moving & set(f.all_columns)}
+        # Where no row can be read, numbers say nothing of a family; `log_of` names the cell.
+        judged = families if len(columns.wrong) < len(columns.numbers) else ()
+        reasons = {f.key: _ZERO for f in judged if not moving & set(f.all_columns)}
         if not isinstance(outcome, Choice) and not reasons:
             reasons = _given_twice(families, arm, dict(zip(numbers, columns.numbers.T, strict=True)), table)
         if reasons.keys() <= left_out.keys():

@@ -183,8 +183,10 @@ def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
     """Offset of a joint that turns (slides), rad (m)."""
     value = quantity.of_joint(revolute)
     if value is None:
-        bare, unit = f"{quantity.si:g}", "deg" if revolute else "mm"
-        step = f"--offset {word}={bare}{unit}, if it is in {unit}" if not quantity.kind else "check joint and unit"
+        unit = "deg" if revolute else "mm"
+        step = f"--offset {word}={quantity.si:g}{unit} if it is in {unit}"
+        if quantity.kind:
+            step = f"check the joint's number; one that {'turns' if revolute else 'slides'}: --offset {word}=5{unit}"
         raise UsageError(
             f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}",
             where="--offset",
@@ -219,6 +221,7 @@ def _joint(word: str, arm: RobotArm) -> int:
             where="--offset",
             expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}",
             found=in_python(word),
+            next_step=f"--offset {len(names)}=0.1 is of the last joint",
         )
     return number
 

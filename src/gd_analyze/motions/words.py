@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -234,12 +235,12 @@ class Meaning:
     word: str = ""  # the word of the role
     unknown: Words = ()  # words beside a joint without a role, which make it no position
 
-    @property
+    @cached_property
     def label(self) -> Words:
         """Words that name the joint."""
         return joint_of(self.token)[0]
 
-    @property
+    @cached_property
     def number(self) -> int | None:
         """Number of the joint in the log."""
         return joint_of(self.token)[1]
