@@ -74,8 +74,9 @@ def test_late_torques_come_earlier(puma, lag):
         ({"torque_sign": "1,2"}, "--torque-sign"), ({"torque_sign": "1,-1"}, "--torque-sign"),
         ({"position_sign": "x"}, "--position-sign"), ({"offset": ["7=1"]}, "--offset"),
         ({"offset": ["elbow"]}, "--offset"), ({"offset": ["2=much"]}, "--offset"),
-        ({"offset": ["2=10mm"]}, "--offset"), ({"offset": ["2=90"]}, "--offset"), ({"offset": {"2": 90.0}}, "--offset"),
-        ({"offset": ["2=4ms"]}, "--offset"), ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
+        ({"offset": ["2=10mm"]}, "--offset"), ({"offset": ["2=90"]}, "--offset"),
+        ({"offset": {"2": 90.0}}, "--offset"), ({"offset": ["2=4ms"]}, "--offset"),
+        ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
         ({"couple": ["q3=q3 q2"]}, "--couple"), ({"lag": "4"}, "--lag"), ({"lag": "1000s"}, "--lag"),
     ],
 )  # fmt: skip

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from gd_analyze import read_log
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.words import meaning_of
-from gd_analyze.types import Reading
 from log_arms import UR, arm_of, log_of
 from remedies import remedies, typed
 
@@ -28,7 +27,9 @@ def log_with(names, more=()):
     """Columns of these names, with numbers that tell them apart."""
     columns = [*names, *more]
     rows = [[0.1 * row, *(np.sin(0.3 * row + k) + k for k in range(len(columns)))] for row in range(40)]
-    return "\n".join([",".join(["time", *columns]), *(",".join(map(repr, map(float, row))) for row in rows), ""])
+    return "\n".join(
+        [",".join(["time", *columns]), *(",".join(map(repr, map(float, row))) for row in rows), ""]
+    )
 
 
 @example("macur", PLACES[0], "kuka")
@@ -70,7 +71,9 @@ def test_positions_and_set_points_of_a_telegram(read, warned):
     names = [f"{kind}.A{k}" for kind in ("MACur", "ASPos", "AIPos") for k in (1, 2, 3)]
     with warned() as texts:
         logged = read(log_with(names), arm_of(*KUKA))
-    assert [use.column for use in logged.columns if use.role == "q"] == names[6:]
+    assert [(use.column, use.unit) for use in logged.columns if use.role == "q"] == [
+        (name, "deg") for name in names[6:]
+    ]
     assert logged.measured
     (text,) = texts
     assert "--map 'torque=MACur.A*'" in text
@@ -139,7 +142,9 @@ def test_torques_by_abbreviations(read, warned):
 def test_commands_of_demonstrations(read):
     """action.X.pos beside X.pos, as in data sets of demonstrations; in a topic, action is no command."""
     names = [f"{of}{name}.pos" for of in ("", "action.") for name in UR[:2]]
-    assert [use.column for use in read(log_of(" ".join(names)), arm_of(*UR[:2])).columns if use.role == "q"] == names[:2]
+    assert [
+        use.column for use in read(log_of(" ".join(names)), arm_of(*UR[:2])).columns if use.role == "q"
+    ] == names[:2]
     commanded = read(log_of(" ".join(names)), arm_of(*UR[:2]), family="action")
     assert [use.column for use in commanded.columns if use.role == "q"] == names[2:]
     assert not commanded.measured

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 import shlex
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -18,6 +18,7 @@ from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
+    BLOCKED,
     CURRENTS,
     Meaning,
     as_written,
@@ -98,6 +99,12 @@ class _NamedLog:
     patterned: frozenset[str]  # roles that the user gives by a pattern
     left_out: Mapping[object, str]  # keys of families that their numbers leave out, with the reason
 
+    def rejected(self, role: str, why: str) -> list[int]:
+        """Columns with the name of a role that are rejected for their unit or their text."""
+        return [
+            k for k, meaning in enumerate(self.meanings) if (meaning.word, meaning.rejected) == (role, why)
+        ]
+
 
 def chosen_columns(
     table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
@@ -119,7 +126,7 @@ def chosen_columns(
         moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
         # Where no row can be read, numbers say nothing of a family; `log_of` names the cell.
         judged = families if len(columns.wrong) < len(columns.numbers) else ()
-        reasons = {f.key: _ZERO for f in judged if not moving & set(f.all_columns)}
+        reasons: dict[object, str] = {f.key: _ZERO for f in judged if not moving & set(f.all_columns)}
         if not isinstance(outcome, Choice) and not reasons:
             reasons = _given_twice(families, arm, dict(zip(numbers, columns.numbers.T, strict=True)), table)
         if reasons.keys() <= left_out.keys():
@@ -141,7 +148,9 @@ def _given_twice(
     sizes = {k: units_of(families[0].role, joint.kind == "revolute") for k, joint in joints}
 
     def in_si(family: Family) -> FloatArray:
-        return np.array([numbers[c[0]] * sizes[k].get(family.unit, 1.0) for k, c in sorted(family.columns.items())])
+        return np.array(
+            [numbers[c[0]] * sizes[k].get(family.unit, 1.0) for k, c in sorted(family.columns.items())]
+        )
 
     first, *others = sorted(families, key=lambda f: all(f.unit != next(iter(of)) for of in sizes.values()))
     values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
@@ -258,7 +267,9 @@ def _without_unit(column: str, role: str, table: LogTable) -> tuple[str, str]:
     units = TIME_UNITS if role == "time" else {**units_of(role, True, True), **units_of(role, False)}
     unit = unit_in_words(text) or ""
     kinds = (True, False)
-    fits = unit in TIME_UNITS if role == "time" else any(fitting_unit(unit, role, kind, True) for kind in kinds)
+    fits = (
+        unit in TIME_UNITS if role == "time" else any(fitting_unit(unit, role, kind, True) for kind in kinds)
+    )
     if fits:
         return name, unit
     if name in table.names or "*" in name or name.startswith("#"):
@@ -290,7 +301,9 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         else:
             fits = role != "time" or unit in ("", *TIME_UNITS)
         text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
-        meanings.append(meaning if fits and not text else Meaning("other", unit=unit, word=role if text else ""))
+        if not fits or text:
+            meaning = Meaning("other", unit=unit, word=role, rejected="text" if text else "unit")
+        meanings.append(meaning)
     # Columns name0, name1 and so on hold the joints' names of the numbered columns.
     naming = [
         k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
@@ -319,7 +332,7 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
 def _mapped(
     table: LogTable, arm: RobotArm, reading: Reading
 ) -> tuple[dict[tuple[str, int], int], dict[int, str]]:
-    """Columns named by the user, by role and joint, -1 for a role to leave out; and units given for columns."""
+    """Columns named by the user, by role and joint, -1 for a role to leave out; and the units given."""
     mapped: dict[tuple[str, int], int] = {}
     units: dict[int, str] = {}
     for role, column in reading.map:
@@ -327,7 +340,9 @@ def _mapped(
         if (quantity == "joint" and colon) or (role in ROLES and "*" in column and column not in table.names):
             continue
         if quantity not in (*ROLES, "time") or ((quantity == "time") == bool(colon) and column != _NONE):
-            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; 'q=NAME*'; or qd=none"
+            expected = (
+                "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; 'q=NAME*'; or qd=none"
+            )
             message = f"{quantity} of which joint?" if quantity in ROLES else f"unknown role {role!r}"
             raise refusal(message, "--map", expected, f"{role}={column}")
         if column == _NONE and quantity != "q":
@@ -399,7 +414,7 @@ def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mappin
     if not complete and (role == "q" or role in log.patterned):
         if column_of_joint:
             raise _incomplete(log, role, column_of_joint)
-        texts = [k for k, meaning in enumerate(log.meanings) if _is_text(meaning) and meaning.word == role]
+        texts = log.rejected(role, "text")
         if texts:
             raise _no_numbers(log.table, texts[0])
         raise _lacking(log, role, of_role) if of_role else _no_positions(log, words)
@@ -452,7 +467,10 @@ def _uses(
         currents = log.reading.torque_constant is not None
         unit = fitting_unit(stated_unit, role, is_revolute, currents)
         if unit is None and role == "torque" and stated_unit in UNITS["current"]:
-            message, expected = f"column {table.names[column]} is in {stated_unit}", "the joint's torque per ampere"
+            message, expected = (
+                f"column {table.names[column]} is in {stated_unit}",
+                "the joint's torque per ampere",
+            )
             step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
             raise refusal(message, table.where(None, column), expected, stated_unit, step)
         if unit is None:
@@ -513,19 +531,14 @@ def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dic
     return why
 
 
-def _is_text(meaning: Meaning) -> bool:
-    """Whether a column has the name of a role, which is its word, but holds text."""
-    return meaning.role == "other" and bool(meaning.word)
-
-
 def _why_unused(meaning: Meaning) -> str:
     """Why a column is no quantity of the joints' motion, by its name."""
     if meaning.role == "name":
         return "names of joints"
-    if _is_text(meaning):
+    if meaning.rejected == "text":
         return "text, not numbers"
-    if meaning.unit and not meaning.unknown:
-        return f"in {meaning.unit}, no unit of the joints' motion"
+    if meaning.rejected == "unit":
+        return f"in {meaning.unit}, no unit of {meaning.word}"
     if meaning.unknown and (meaning.joint is not None or meaning.number is not None):
         return f"beside the joint, what {' '.join(meaning.unknown)} means is unknown"
     return "no quantity of the joints' motion"
@@ -599,23 +612,41 @@ def _pattern_options(role: str, patterns: Sequence[str]) -> str:
     return " or ".join(_map_option(f"{role}={pattern}") for pattern in patterns)
 
 
-def _unknown_columns(log: _NamedLog) -> list[int]:
-    """Columns of no unit of which the words beside the joint are unknown."""
-    return [k for k, meaning in enumerate(log.meanings) if meaning.unknown and not meaning.unit]
+def _unknown_columns(log: _NamedLog, known: Set[str]) -> list[int]:
+    """Columns of no unit with unknown words beside the joint, and none of these that are known."""
+    unknown = ((k, meaning.unknown) for k, meaning in enumerate(log.meanings) if not meaning.unit)
+    return [k for k, words in unknown if words and not known & set(words)]
 
 
 def _unknown_torques(log: _NamedLog, used: Collection[int]) -> list[str]:
     """A warning of unused columns that may be the torques that a recording lacks."""
-    patterns = _candidates(log, [column for column in _unknown_columns(log) if column not in used])
+    unknown = _unknown_columns(log, BLOCKED - CURRENTS)
+    patterns = _candidates(log, [column for column in unknown if column not in used])
     listed, options = ", ".join(patterns), _pattern_options("torque", patterns)
     warning = f"no torques are read, and what {listed} is in the log is unknown; if torques: {options}"
+    if log.rejected("torque", "unit"):
+        fault, step = _unit_not_read(log, "torque")
+        warning, patterns = f"no torques are read: {fault}{f'; {step}' if step else ''}", ["any"]
     return [warning] if patterns else []
+
+
+def _unit_not_read(log: _NamedLog, role: str) -> tuple[str, str]:
+    """Which column is in no unit of its role, and the option that states one where the unit is unknown."""
+    columns = log.rejected(role, "unit")
+    unit = log.meanings[columns[0]].unit
+    units = [*units_of(role, log.arm.is_revolute[0])]
+    fault = f"{log.table.names[columns[0]]} is in {unit}, no unit of {_PLURAL[role]}"
+    patterns = _candidates(log, columns) if unit_in_words(unit) in (None, "grad") else []
+    options = _pattern_options(role, [f"{pattern}:{units[0]}" for pattern in patterns])
+    if role == "torque" and unit in UNITS["current"]:
+        return fault, f"--torque-constant LIST takes {log.arm.n_joints} joint torques per ampere"
+    return fault, f"if this is {', '.join(units)}: {options}" if patterns else ""
 
 
 def _no_currents(log: _NamedLog) -> TrajectoryError:
     """Error for torque constants of a log without columns of torque."""
     currents = [k for k, name in enumerate(log.table.names) if set(words_of(name)) & CURRENTS]
-    patterns = _candidates(log, currents) or _candidates(log, _unknown_columns(log))
+    patterns = _candidates(log, currents) or _candidates(log, _unknown_columns(log, BLOCKED - CURRENTS))
     step = _pattern_options("torque", patterns) or "--map torque:JOINT=COLUMN for every joint"
     message, expected = "no columns for the torque constants", "columns of torque or currents, one per joint"
     where = f"--torque-constant; {log.table.where()}"
@@ -691,8 +722,11 @@ def _no_positions(log: _NamedLog, words: Sequence[str]) -> TrajectoryError:
         return refusal(message, table.where(), ", ".join(names), listed, step)
     message = "no column is recognized as a joint position"
     expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
-    patterns = _candidates(log, _unknown_columns(log))
+    patterns = _candidates(log, _unknown_columns(log, BLOCKED))
     step = f"name the columns: --map 'q:{names[0]}=COLUMN' and so on"
+    if not patterns and log.rejected("q", "unit"):
+        fault, option = _unit_not_read(log, "q")
+        message, step = f"{message}: {fault}", option or step
     if patterns:
         step = f"if these are positions: {_pattern_options('q', patterns)}; in degrees 'q={patterns[0]}:deg'"
     return refusal(message, table.where(), expected, _listed(table.names), step)

@@ -62,7 +62,9 @@ class Corrections:
         lag: str | float = 0.0,
     ) -> Corrections:
         """Parse words as typed: "q3=q3-q2", "1,-1,1", "-1", "3=90deg", "4ms"."""
-        offsets = offset.items() if isinstance(offset, Mapping) else (str(w).rpartition("=")[::2] for w in offset)
+        offsets = (
+            offset.items() if isinstance(offset, Mapping) else (str(w).rpartition("=")[::2] for w in offset)
+        )
         return cls(
             (couple,) if isinstance(couple, str) else tuple(couple),
             _signs(position_sign, "--position-sign"),
@@ -186,7 +188,7 @@ def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
         unit = "deg" if revolute else "mm"
         step = f"--offset {word}={quantity.si:g}{unit} if it is in {unit}"
         if quantity.kind:
-            step = f"check the joint's number; one that {'turns' if revolute else 'slides'}: --offset {word}=5{unit}"
+            step = f"check the joint's number; of this one: --offset {word}=5{unit}"
         raise UsageError(
             f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}",
             where="--offset",

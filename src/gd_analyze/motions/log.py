@@ -245,7 +245,9 @@ def _in_seconds(
     for unit_name, size in TIME_UNITS.items():
         date = abs(first) * size
         if TIME_UNIT.earliest_date_seconds <= date <= TIME_UNIT.latest_date_seconds:
-            longest = TIME_UNIT.longest_date_step_seconds if _whole(values) else TIME_UNIT.longest_fractional_step
+            longest = (
+                TIME_UNIT.longest_date_step_seconds if _whole(values) else TIME_UNIT.longest_fractional_step
+            )
             if _steps(values, np.median) * size <= longest:
                 stated = unit_name, "since 1970"
             break

@@ -90,7 +90,8 @@ class Reading:
     ) -> Reading:
         """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
-        Patterns are typed so, too: "q=AIPos.A*:deg". Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
+        Patterns are typed so, too: "q=AIPos.A*:deg". Corrections are given by their names:
+        torque_sign="-1", offset=["3=90deg"].
 
         Raises
         ------

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.text import LARGEST, visible
+from gd_analyze.text import LARGEST, in_python, visible
 
 # 2025-03-04T10:20:30.016Z, 04.03.2025 10:20:30,016, 10:20:30.016; not 03/04/2025, which has two meanings.
 _INSTANT = re.compile(
@@ -74,7 +74,11 @@ def nanoseconds_in(text: str) -> int | None:
         return None
     hours, minutes, seconds = (int(match[k]) for k in ("hours", "minutes", "seconds"))
     days = 0 if day is None else day.toordinal() - _EPOCH
-    zone = int(f"{match['sign']}{int(match['zone_hours']) * 60 + int(match['zone_minutes'])}") if match["sign"] else 0
+    zone = (
+        int(f"{match['sign']}{int(match['zone_hours']) * 60 + int(match['zone_minutes'])}")
+        if match["sign"]
+        else 0
+    )
     whole = days * 86400 + hours * 3600 + (minutes - zone) * 60 + seconds
     return whole * 10**9 + int((match["fraction"] or "").ljust(9, "0")[:9])
 
@@ -244,6 +248,10 @@ class ParquetTable(LogTable):
 
     def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
         """Name, type and index in the list, from 0, of a field's columns."""
+        if self._arrow.types.is_string(field.type) and self._first is not None:
+            cells = (cell for cell in self._first.column(field.name).to_pylist() if cell)
+            is_date = nanoseconds_in(next(cells, "")) is not None
+            return [(field.name, self._arrow.duration("ns") if is_date else field.type, None)]
         if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
             return [(field.name, field.type, None)]
         first = self._first.column(field.name)[0].as_py() if self._first else None
@@ -253,11 +261,19 @@ class ParquetTable(LogTable):
         """A column of some rows."""
         name, _, at = self._fields[column]
         values = rows.column(name)
+        if self._arrow.types.is_string(values.type):
+            return self._arrow.array(map(self._date, values.to_pylist()), self._arrow.duration("ns"))
         if at is None:
             return values
         import pyarrow.compute
 
         return pyarrow.compute.list_element(values, at)
+
+    def _date(self, cell: str | None) -> int | None:
+        instant = nanoseconds_in(cell) if cell else None
+        if cell and instant is None:
+            raise ValueError(f"{in_python(cell)} is no date and time, as the first cell is")
+        return instant
 
     def _numbers(self, column: Any, *, exact: bool = True) -> Any:
         """Floats, or integers if the file has them; instants in nanoseconds."""

@@ -23,7 +23,7 @@ _TIMES = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2"
 # Units of drives, counts of unknown size, and units that no motion uses.
 _FOREIGN = word_set(
     "v mv w °c degc celsius k % ‰ permille hz inc incs increments count counts tick ticks "
-    "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm"
+    "pulse pulses cdeg mdeg gon grad inch ft lbf lbfft lbfin ftlb inlb kgcm kgfcm percent pct"
 )
 
 
@@ -89,12 +89,13 @@ _ACTION = "action"
 # Words of currents.
 CURRENTS = word_set("current currents cur amp amps ampere amperes")
 # Words beside a joint in a log that are not quantities of its motion.
-_BLOCKED = word_set(
+BLOCKED = word_set(
     "temp temps temperature temperatures cur currents amps voltage voltages pose tcp cartesian ext "
     "external contact collision tool scaling fraction mode error errors err deviation force forces wrench "
     "imu status power jerk covariance variance std limit limits max min offset dtau stiffness window "
     "model modelled predicted ff feedforward coriolis inertia residual bias delta init initial damping "
-    "gravity friction quaternion orientation tf success digital analog gain gains ratio valid enabled enable flag"
+    "gravity friction quaternion orientation tf success digital analog gain gains ratio valid enabled "
+    "enable flag"
 )
 # Words that only say that a joint is named.
 _FILLERS = word_set("joint joints jnt axis axes j actuator motor")
@@ -102,17 +103,21 @@ _CONTAINERS = word_set(
     "states state msg message field data points point header robot values value interface rtde log record "
     "joint joints dynamic multi dof"
 )
-_TIME_CORE = word_set("time timestamp timestamps stamp t ts clock elapsed epoch duration millis")
-_TIME_MORE = word_set(
-    "from start since rel relative abs absolute unix system ros robot recv recording log header field of "
-    "sample utc controller receive received in"
+_TIME_CORE = word_set(
+    "time uptime timestamp timestamps datetime stamp t ts clock elapsed epoch duration millis"
 )
+_TIME_MORE = word_set(
+    "date from start since rel relative abs absolute unix system ros robot recv recording log header field "
+    "of sample utc controller receive received in"
+)
+_FIELDS_OF_STAMPS = word_set("sec secs nanosec nanosecs nsec nsecs")
 _INDEX = word_set("index idx sample samples tick ticks cycle counter seq n")
 _COMPOSED = re.compile(
     r"(q|dq|qd|ddq|qdd|tau|pos|vel|acc|torque|position|velocity)"
     r"(act|actual|meas|des|desired|ref|cmd|target|tgt)"
 )
 # Axis positions in KUKA's telegrams: actual and commanded, of the arm and of external axes.
+_AXES_OF_KUKA = re.compile(r"(?<![A-Za-z])A[IS]Pos(?![a-z])")  # in degrees; external axes may be in mm
 _OF_KUKA = {"ai": "actual", "ei": "actual", "as": "setpoint", "es": "setpoint"}
 _DERIVED = {
     **{("q", "dot"): "qd", ("qd", "dot"): "qdd", ("q", "ddot"): "qdd", ("d", "q"): "dq", ("dd", "q"): "ddq"},
@@ -140,7 +145,10 @@ _RATE = re.compile(
 _COUNT = re.compile(r"(?<![0-9])[0-9]{1,6}(?![0-9])")
 _LETTERS = re.compile(r"[^\W\d_]+")
 _ANGLES = word_set("deg degs degree degrees rad rads radian radians")
-_ANYWHERE = _ANGLES | word_set("mrad rpm mm cm nm mnm knm ncm ma")
+_ANYWHERE = _ANGLES | {word for word in _FOREIGN if len(word) > 2}
+_ANYWHERE |= word_set("mrad rpm mm cm nm mnm knm ncm ma")
+# What may stand in brackets beside units.
+_TREATMENTS = word_set("raw filtered unfiltered filt smoothed estimated")
 
 
 def unit_taken_out(name: str) -> tuple[str, str]:
@@ -149,8 +157,10 @@ def unit_taken_out(name: str) -> tuple[str, str]:
         unit = unit_in_words(match[1] or match[2])
         if unit is not None:
             return name[: match.start()] + name[match.end() :], unit
-    for separator in ("_", " ", "-"):
+    for separator in ("_", " ", "-", "/"):
         front, between, last = name.rpartition(separator)
+        if separator == "/" and ("/" in front or last.lower() in _FIELDS_OF_STAMPS):
+            continue  # a topic, not t/ms
         # A single letter is ambiguous: a joint s, a counter n.
         of_time = last == "s" and words_of(front)[-1:] in (("time",), ("t",), ("timestamp",), ("stamp",))
         if between and front and (len(last) > 1 or of_time):
@@ -178,7 +188,8 @@ def foreign_unit(name: str, known: Container[str]) -> str:
         text = match[1] or match[2]
         words = words_of(text)
         if unit_in_words(text) is None and any(
-            not (_names_nothing(word) or _names_role_or_kind(word) or word in known) for word in words
+            not (_names_nothing(word) or _names_role_or_kind(word) or word in _TREATMENTS or word in known)
+            for word in words
         ):
             return text.strip()
     return ""
@@ -234,6 +245,8 @@ class Meaning:
     rank: int = 0
     word: str = ""  # the word of the role
     unknown: Words = ()  # words beside a joint without a role, which make it no position
+    # Why a column with the name of a role, its word, is none: "text" in its cells, "unit" in its name
+    rejected: Literal["", "text", "unit"] = ""
 
     @cached_property
     def label(self) -> Words:
@@ -262,14 +275,16 @@ def meaning_of(name: str, joints: Mapping[Words, int], known: Container[str] = (
         return Meaning("other")  # a further point of a message
     words = {word for segment in segments for word in segment}
     last = set(segments[-1]) if segments else set()
-    blocked = last & _BLOCKED
+    blocked = last & BLOCKED
     if any(_ROLE_WORDS.get(word) == "torque" for word in last):  # TorqueCur: torque that follows from current
         blocked -= {"cur", "currents"}
     if blocked or words & {"error", "err"} or ("current" in last and not words & set(_ROLE_WORDS)):
         return Meaning("other", unit=unit)
     meaning = _of_joint(*_known_joint(segments, joints, words), unit, known)
+    if not unit and meaning.role == "q" and _AXES_OF_KUKA.search(text):
+        return replace(meaning, unit="deg")
     foreign = "" if unit or meaning.role not in _WORDS_OF else foreign_unit(text, known)
-    return replace(meaning, role="other", unit=foreign) if foreign else meaning
+    return Meaning("other", unit=foreign, word=meaning.role, rejected="unit") if foreign else meaning
 
 
 def _is_count(word: str) -> bool:
@@ -295,7 +310,7 @@ def _role_of_time(segments: Sequence[Words]) -> NameRole | None:
         return None
     last = segments[-1]
     *before, end = (word for segment in segments for word in segment)
-    seconds = end in ("sec", "secs", "nanosec", "nanosecs", "nsec", "nsecs")
+    seconds = end in _FIELDS_OF_STAMPS
     if seconds and (not before or {"stamp", "time", "start"} & set(before)):
         return "nanosec" if end.startswith("n") else "sec"
     if set(last) & _TIME_CORE and set(last) <= _TIME_CORE | _TIME_MORE:
@@ -312,7 +327,7 @@ def _known_joint(
 
     Words of role and kind may stand among those of the joint: axis_a_1 is named by AXIS_ACT_A1.
     """
-    likely = [words for words in sorted(joints, key=len, reverse=True) if all_words.issuperset(words)]
+    likely = [words for words in sorted(joints, key=len, reverse=True) if all_words >= {*words}]
     if not likely:
         return segments, -1, None
     all_places = [range(len(segment)) for segment in segments]
@@ -335,9 +350,7 @@ def _names_role_or_kind(word: str) -> bool:
     return word in _ROLE_WORDS or word in MEASURED or word in TARGET
 
 
-def _of_joint(
-    segments: list[Words], at: int, joint: int | None, unit: str, known: Container[str]
-) -> Meaning:
+def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str, known: Container[str]) -> Meaning:
     """Role, joint and group of a name other than time."""
     with_role = [k for k, segment in enumerate(segments) if any(word in _ROLE_WORDS for word in segment)]
     role_at = with_role[-1] if with_role else -1
@@ -361,9 +374,7 @@ def _of_joint(
     group += [w for k, w in words if (k != token_at or joint is not None) and not _names_nothing(w)]
     label, number = joint_of(token)
     # A3 and KUKA's AXIS_ACT_A3 are numbered, joint_a3 is a name.
-    counts = number is not None and (
-        not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE)
-    )
+    counts = number is not None and (not label or (not set(token) & {"joint", "jnt"} and label == _SINGLE))
     if role == "other":
         if "name" in label or "names" in label:
             return Meaning("name", token)
@@ -406,9 +417,10 @@ def meaning_by_pattern(
 
 def patterns_of(name: str, joints: Mapping[Words, int]) -> Iterator[tuple[str, str]]:
     """A name with a star in place of a joint's words or a number, and what stood there; in every way."""
+    bare = {without_fillers(words) for words in joints} - {()}
     spans = [
         match.span()
-        for words in joints
+        for words in {*joints, *bare}
         for match in re.finditer("[^A-Za-z0-9]?".join(map(re.escape, words)), name, re.IGNORECASE)
     ]
     longest = [max(spans, key=lambda span: span[1] - span[0])] if spans else []
@@ -437,7 +449,8 @@ def _token_segment(segments: list[Words], words: list[tuple[int, str]], role_at:
     if at >= 0:
         return at
     if role_at < 0:
-        return words[-1][0] if words else -1
+        numbered = [k for k, word in words if word.isdigit()]
+        return numbered[-1] if numbered else words[-1][0] if words else -1
     for k in (role_at, *range(len(segments) - 1, role_at, -1), *range(role_at - 1, -1, -1)):
         if any(not _names_nothing(word) or word.isdigit() for index, word in words if index == k):
             return k

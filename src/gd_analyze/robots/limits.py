@@ -107,7 +107,9 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
         for joint in names if name == "all" else [name]:
             number = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
             if number is None:
-                message = f"this is no acceleration of joint {joint}, which {'turns' if turns[joint] else 'slides'}"
+                message = (
+                    f"this is no acceleration of joint {joint}, which {'turns' if turns[joint] else 'slides'}"
+                )
                 expected = joint_units(turns[joint], "/s^2")
                 raise UsageError(message, where="--limits", expected=expected, found=f"{name}={value}")
             limits[joint] = number

@@ -234,7 +234,9 @@ def _locked(tree: Tree, name: str, quantity: Quantity) -> tuple[int, float]:
     joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
     if quantity.si and not joint.moves_simply:
         message = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
-        raise ArmError(message, where=f"--lock {name}={quantity.si:g}", next_step="place its link in the file")
+        raise ArmError(
+            message, where=f"--lock {name}={quantity.si:g}", next_step="place its link in the file"
+        )
     turns = joint.kind == "revolute"
     value = quantity.of_joint(turns) if joint.moves_simply else 0.0
     if value is None:

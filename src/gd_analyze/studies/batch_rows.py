@@ -156,7 +156,9 @@ def settings_of(row: BatchRow) -> dict[str, Any]:
         elif key == "operations":
             parsed = whole_number_in(text)
         if parsed is None:
-            raise UsageError("the option cannot be read", where=key, expected=_EXPECTED.get(key, _FLAG), found=text)
+            raise UsageError(
+                "the option cannot be read", where=key, expected=_EXPECTED.get(key, _FLAG), found=text
+            )
         settings[key] = parsed
     return settings
 
