@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
-import difflib
-import re
-import shlex
-from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
+from gd_analyze.motions.mapping import (
+    joint_named,
+    listed_names,
+    map_option,
+    mapped_columns,
+    no_column,
+    patterns_given,
+)
+from gd_analyze.motions.missing import (
+    ORDER,
+    PLURAL,
+    AmbiguityError,
+    NamedLog,
+    ambiguous,
+    incomplete,
+    lacking,
+    no_currents,
+    no_numbers,
+    no_positions,
+    unknown_torques,
+)
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
-    BLOCKED,
-    CURRENTS,
     Meaning,
-    as_written,
     fitting_unit,
     is_of_set_points,
     known_joints,
     meaning_by_pattern,
     meaning_of,
-    patterns_of,
-    unit_in_words,
     units_of,
     words_of,
 )
@@ -36,13 +48,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS, UNITS
 
-_NONE = "none"
-_ORDER = {"measured": 0, "plain": 1, "target": 2}
-_PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _TIMED = ("time", "sec", "nanosec", "index")
-# Most names listed in a message, and most patterns of them.
-_MOST_LISTED_NAMES = 12
-_MOST_CANDIDATES = 4
 _ZERO = "0 throughout"
 # Numbers of one quantity in two units agree to the digits with which logs are written.
 _EQUAL_DIGITS = 1e-5
@@ -79,31 +85,6 @@ class Choice:
         columns = {column for column, _ in self.uses}
         times = self.time.columns if self.time is not None else ()
         return (sorted({*columns, *times}), ()) if self.set_points else (sorted(columns), times)
-
-
-class AmbiguityError(TrajectoryError):
-    """Several families fit equally; what their numbers say may leave one in a second try."""
-
-    families: tuple[Family, ...] = ()
-
-
-@dataclass(frozen=True)
-class _NamedLog:
-    """A log with the meanings of its columns' names."""
-
-    table: LogTable
-    arm: RobotArm
-    reading: Reading
-    meanings: Sequence[Meaning]  # of its columns
-    families: Sequence[Family]
-    patterned: frozenset[str]  # roles that the user gives by a pattern
-    left_out: Mapping[object, str]  # keys of families that their numbers leave out, with the reason
-
-    def rejected(self, role: str, why: str) -> list[int]:
-        """Columns with the name of a role that are rejected for their unit or their text."""
-        return [
-            k for k, meaning in enumerate(self.meanings) if (meaning.word, meaning.rejected) == (role, why)
-        ]
 
 
 def chosen_columns(
@@ -173,7 +154,7 @@ def _require_one_role_each(choice: Choice, table: LogTable) -> None:
 
 def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[object, str]) -> Choice:
     """Choose columns, or refuse; `left_out` are the keys of families that their numbers leave out."""
-    mapped, units = _mapped(table, arm, reading)
+    mapped, units = mapped_columns(table, arm, reading)
     meanings = _meanings(table, arm, reading)
     for column, unit in units.items():
         meanings[column] = replace(meanings[column], unit=unit)
@@ -189,8 +170,8 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[
     in_order = table.set_points or (named and complete)
     names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
     families = families_of(meanings, names, table.names)
-    patterned = frozenset(pattern.role for pattern in _patterns(table, reading))
-    log = _NamedLog(table, arm, reading, meanings, families, patterned, left_out)
+    patterned = frozenset(pattern.role for pattern in patterns_given(table, reading))
+    log = NamedLog(table, arm, reading, meanings, families, patterned, left_out)
     chosen: dict[str, Family] = {}
     uses: list[tuple[int, ColumnUse]] = []
     for role in ROLES:
@@ -207,7 +188,7 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[
             uses += _uses(log, role, family, column_of_joint)
     roles = {use.role for _, use in uses}
     if reading.torque_constant is not None and "torque" not in roles:
-        raise _no_currents(log)
+        raise no_currents(log)
     kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
@@ -226,56 +207,11 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[
         where = table.where(None, column)
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
         step = "choose the arm of this file, or complete the columns"
-        raise refusal(message, where, expected, _listed(table.names), step)
+        raise refusal(message, where, expected, listed_names(table.names), step)
     remarks = _remarks(log, chosen)
     if measured and "torque" not in roles and ("torque", -1) not in mapped:
-        remarks += _unknown_torques(log, {column for column, _ in uses})
+        remarks += unknown_torques(log, {column for column, _ in uses})
     return Choice(tuple(uses), time, unused, measured, exact, tuple(remarks), chosen)
-
-
-@dataclass(frozen=True)
-class _Pattern:
-    """Columns of a role whose names differ where the star stands, as the user gives them."""
-
-    role: MotionRole
-    text: str
-    unit: str  # "" if it is not said
-
-    def columns(self, table: LogTable) -> dict[int, str]:
-        """Columns that it names, and what stands for the star."""
-        front, _, end = self.text.partition("*")
-        starred = re.compile(f"{re.escape(front)}(.+){re.escape(end)}")
-        matches = ((k, starred.fullmatch(name)) for k, name in enumerate(table.names))
-        return {k: match[1] for k, match in matches if match is not None}
-
-
-def _patterns(table: LogTable, reading: Reading) -> list[_Pattern]:
-    """Patterns among the columns that the user names."""
-    patterns = []
-    for role in ROLES:
-        for mapped_role, column in reading.map:
-            if mapped_role == role and "*" in column and column not in table.names:
-                patterns.append(_Pattern(role, *_without_unit(column, role, table)))
-    return patterns
-
-
-def _without_unit(column: str, role: str, table: LogTable) -> tuple[str, str]:
-    """Split `NAME:UNIT`; the unit is "" where the whole is a column's name or no unit is given."""
-    name, colon, text = column.rpartition(":")
-    if not colon or column in table.names:
-        return column, ""
-    units = TIME_UNITS if role == "time" else {**units_of(role, True, True), **units_of(role, False)}
-    unit = unit_in_words(text) or ""
-    kinds = (True, False)
-    fits = (
-        unit in TIME_UNITS if role == "time" else any(fitting_unit(unit, role, kind, True) for kind in kinds)
-    )
-    if fits:
-        return name, unit
-    if name in table.names or "*" in name or name.startswith("#"):
-        message, where = f"{text!r} is no unit of {role}", f"--map {role}={column}"
-        raise refusal(message, where, f"{name} alone, or with one of {', '.join(units)}", repr(text))
-    return column, ""
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
@@ -284,12 +220,12 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     known = {word for joint in arm.joints for word in words_of(joint.name)}
     for role, log_name in reading.map:
         if role.startswith("joint:"):
-            joint = _joint_named(role.removeprefix("joint:"), arm)
+            joint = joint_named(role.removeprefix("joint:"), arm)
             joints = {words: k for words, k in joints.items() if k != joint} | {words_of(log_name): joint}
     named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
     only = set() if named else set(reading.columns)
     for name in sorted(only - set(table.names)):
-        raise _no_column(name, table, "--columns")
+        raise no_column(name, table, "--columns")
     meanings = []
     for k, name in enumerate(table.names):
         asked = name and (not only or name in only)
@@ -316,10 +252,10 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         label = labels.get(meaning.number)
         if meaning.role in ROLES and label is not None and meaning.joint is None:
             meanings[k] = replace(meaning, token=() if label in joints else label, joint=joints.get(label))
-    patterns = [(pattern, pattern.columns(table)) for pattern in _patterns(table, reading)]
+    patterns = [(pattern, pattern.columns(table)) for pattern in patterns_given(table, reading)]
     for pattern, stars in patterns:
         if not stars:
-            raise _no_column(pattern.text, table, "--map")
+            raise no_column(pattern.text, table, "--map")
     replaced = {pattern.role for pattern, _ in patterns}
     meanings = [Meaning("other", unit=m.unit) if m.role in replaced else m for m in meanings]
     for pattern, stars in patterns:
@@ -329,74 +265,7 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     return meanings
 
 
-def _mapped(
-    table: LogTable, arm: RobotArm, reading: Reading
-) -> tuple[dict[tuple[str, int], int], dict[int, str]]:
-    """Columns named by the user, by role and joint, -1 for a role to leave out; and the units given."""
-    mapped: dict[tuple[str, int], int] = {}
-    units: dict[int, str] = {}
-    for role, column in reading.map:
-        quantity, colon, joint = role.partition(":")
-        if (quantity == "joint" and colon) or (role in ROLES and "*" in column and column not in table.names):
-            continue
-        if quantity not in (*ROLES, "time") or ((quantity == "time") == bool(colon) and column != _NONE):
-            expected = (
-                "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; 'q=NAME*'; or qd=none"
-            )
-            message = f"{quantity} of which joint?" if quantity in ROLES else f"unknown role {role!r}"
-            raise refusal(message, "--map", expected, f"{role}={column}")
-        if column == _NONE and quantity != "q":
-            mapped[quantity, -1] = -1
-        else:
-            name, unit = _without_unit(column, quantity, table)
-            number = _column_named(name, table)
-            mapped[quantity, _joint_named(joint, arm) if colon else 0] = number
-            units |= {number: unit} if unit else {}
-    return mapped, units
-
-
-def _joint_named(name: str, arm: RobotArm) -> int:
-    """Number, from 0, of the arm's joint given by name or by number from 1."""
-    number = arm.joint_number(name)
-    if number is not None:
-        return number
-    names = [joint.name for joint in arm.joints]
-    near = difflib.get_close_matches(name, names, n=1)
-    expected = f"{', '.join(names)}, or a number from 1 to {arm.n_joints}"
-    step = f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints"
-    raise refusal(f"arm {arm.name} has no joint {name!r}", "--map", expected, repr(name), step)
-
-
-def _column_named(column: str, table: LogTable) -> int:
-    """Column given by name, or by #NUMBER from 1; TrajectoryError if there is none or several."""
-    if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
-        number = int(column[1:])
-        if 1 <= number <= len(table.names):
-            return number - 1
-    matches = [k for k, name in enumerate(table.names) if name == column]
-    if not matches:
-        raise _no_column(column, table, "--map")
-    if len(matches) > 1:
-        numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
-        raise refusal(f"{len(matches)} columns are named {column}", "--map", "one column", numbers, step)
-    return matches[0]
-
-
-def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
-    near = difflib.get_close_matches(column, table.names, n=3)
-    place, expected = f"{where}; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
-    step = f"did you mean {' or '.join(near)}?" if near else "check the name"
-    return refusal(f"the log has no column {column!r}", place, expected, _listed(table.names), step)
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names as one line of a message; only the first of many."""
-    names = [name for name in names if name]
-    first = ", ".join(names[:_MOST_LISTED_NAMES]) or "columns without names"
-    return first if len(names) <= _MOST_LISTED_NAMES else f"{first}, ... ({len(names)})"
-
-
-def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
+def _family(log: NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
     """Choose the family of a role; positions are required."""
     words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
@@ -413,36 +282,27 @@ def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mappin
     alive = [family for family in complete if family.key not in log.left_out]
     if not complete and (role == "q" or role in log.patterned):
         if column_of_joint:
-            raise _incomplete(log, role, column_of_joint)
+            raise incomplete(log, role, column_of_joint)
         texts = log.rejected(role, "text")
         if texts:
-            raise _no_numbers(log.table, texts[0])
-        raise _lacking(log, role, of_role) if of_role else _no_positions(log, words)
+            raise no_numbers(log.table, texts[0])
+        raise lacking(log, role, of_role) if of_role else no_positions(log, words)
     if not complete or (not alive and role != "q" and role not in log.patterned):
         return None
 
     def preference(family: Family) -> tuple[int, ...]:
         other_group = 0 if q is None else int(family.group != q.group)
-        return other_group, _ORDER[family.kind], family.rank, int(bool(family.label))
+        return other_group, ORDER[family.kind], family.rank, int(bool(family.label))
 
     best = min(map(preference, alive or complete))
     choices = [family for family in alive or complete if preference(family) == best]
     if len(choices) > 1:
-        raise _ambiguous(role, choices, log.table)
+        raise ambiguous(role, choices, log.table)
     return choices[0]
 
 
-def _incomplete(log: _NamedLog, role: str, column_of_joint: Mapping[int, int]) -> TrajectoryError:
-    """Error for a role of which the user named the columns of some joints only."""
-    names = [joint.name for joint in log.arm.joints]
-    mapped_names = ", ".join(names[joint] for joint in sorted(column_of_joint))
-    lacking = next(name for joint, name in enumerate(names) if joint not in column_of_joint)
-    expected, step = f"a column for each joint, {lacking} too", f"add --map '{role}:{lacking}=COLUMN'"
-    return refusal(f"{role} is given for some joints only", "--map", expected, mapped_names, step)
-
-
 def _uses(
-    log: _NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
+    log: NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
     table, uses = log.table, []
     for index, joint in enumerate(log.arm.joints):
@@ -450,12 +310,12 @@ def _uses(
         if index in column_of_joint:
             column, why = column_of_joint[index], "as given"
         elif not columns or family is None:
-            raise _incomplete(log, role, column_of_joint)
+            raise incomplete(log, role, column_of_joint)
         elif len(columns) > 1:
             message = f"{len(columns)} columns hold {role} of {joint.name}"
             where = table.where(None, columns[1])
-            candidates = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
-            pairs = (_map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
+            candidates = listed_names([f"{table.names[c]} (column {c + 1})" for c in columns])
+            pairs = (map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
             step = f"choose: {' or '.join(pairs)}"
             raise refusal(message, where, "one", candidates, step)
         else:
@@ -483,7 +343,7 @@ def _uses(
     return uses
 
 
-def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
+def _time(log: NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     """Column of time; None where rows are counted."""
     table = log.table
     if ("time", 0) in mapped:
@@ -511,11 +371,11 @@ def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns 
                 expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
                 raise refusal(message, table.where(None, k), expected, in_python(cells[0]), step)
         message = "no column is recognized as time"
-        raise refusal(message, table.where(), expected, _listed(table.names), step)
+        raise refusal(message, table.where(), expected, listed_names(table.names), step)
     return time
 
 
-def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
+def _unused(log: NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
     why: dict[int, str] = {}
     for column, meaning in enumerate(log.meanings):
@@ -544,12 +404,7 @@ def _why_unused(meaning: Meaning) -> str:
     return "no quantity of the joints' motion"
 
 
-def _map_option(pair: str) -> str:
-    """Option that can be pasted into a shell."""
-    return f"--map {shlex.quote(pair)}"
-
-
-def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
+def _remarks(log: NamedLog, chosen: Mapping[str, Family]) -> list[str]:
     """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
@@ -560,7 +415,7 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
         else:
             matched = f"joints matched by number, as their names differ: {log_name} is {arm_name}"
             matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
-        remarks.append(f"{matched}; {_map_option(f'joint:{arm_name}={log_name}')} {changes}")
+        remarks.append(f"{matched}; {map_option(f'joint:{arm_name}={log_name}')} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -570,7 +425,7 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
     # An arm selected from a longer chain may count like the log.
     is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
     if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
-        left_out = _listed([log.table.names[k] for k in q.extra])
+        left_out = listed_names([log.table.names[k] for k in q.extra])
         logged = f"{len(q.columns) + len(q.extra)} joints logged"
         check = f"left out: {left_out}; check that the log belongs to this arm"
         remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
@@ -581,152 +436,5 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
             if others:
                 first = ", ".join(log.table.names[min(f.all_columns)] for f in others)
                 source = log.table.names[min(family.all_columns)]
-                remarks.append(f"{first} ... are {reason}; {_PLURAL[role]} taken from {source} ...")
+                remarks.append(f"{first} ... are {reason}; {PLURAL[role]} taken from {source} ...")
     return remarks
-
-
-def _candidates(log: _NamedLog, columns: Iterable[int]) -> list[str]:
-    """Patterns that match a column of each of the arm's joints among these, at most a few."""
-    arm, table = log.arm, log.table
-    names = [joint.name for joint in arm.joints]
-    joints = known_joints(names)
-    stars_of: dict[str, dict[int, str]] = {}
-    for k in columns:
-        if any(isinstance(cell, str) for cell in table.head(k)):
-            continue
-        for pattern, star in patterns_of(table.names[k], joints):
-            stars_of.setdefault(pattern, {})[k] = star
-    patterns: dict[frozenset[int], str] = {}
-    for pattern, stars in stars_of.items():
-        if len(stars) >= arm.n_joints:
-            meanings = [Meaning("other")] * len(table.names)
-            for k, star in stars.items():
-                meanings[k] = meaning_by_pattern("q", pattern, star, "", joints)
-            families = families_of(meanings, names, table.names)
-            if any(len(family.columns) == arm.n_joints for family in families):
-                patterns.setdefault(frozenset(stars), pattern)
-    return [*patterns.values()][:_MOST_CANDIDATES]
-
-
-def _pattern_options(role: str, patterns: Sequence[str]) -> str:
-    return " or ".join(_map_option(f"{role}={pattern}") for pattern in patterns)
-
-
-def _unknown_columns(log: _NamedLog, known: Set[str]) -> list[int]:
-    """Columns of no unit with unknown words beside the joint, and none of these that are known."""
-    unknown = ((k, meaning.unknown) for k, meaning in enumerate(log.meanings) if not meaning.unit)
-    return [k for k, words in unknown if words and not known & set(words)]
-
-
-def _unknown_torques(log: _NamedLog, used: Collection[int]) -> list[str]:
-    """A warning of unused columns that may be the torques that a recording lacks."""
-    unknown = _unknown_columns(log, BLOCKED - CURRENTS)
-    patterns = _candidates(log, [column for column in unknown if column not in used])
-    listed, options = ", ".join(patterns), _pattern_options("torque", patterns)
-    warning = f"no torques are read, and what {listed} is in the log is unknown; if torques: {options}"
-    if log.rejected("torque", "unit"):
-        fault, step = _unit_not_read(log, "torque")
-        warning, patterns = f"no torques are read: {fault}{f'; {step}' if step else ''}", ["any"]
-    return [warning] if patterns else []
-
-
-def _unit_not_read(log: _NamedLog, role: str) -> tuple[str, str]:
-    """Which column is in no unit of its role, and the option that states one where the unit is unknown."""
-    columns = log.rejected(role, "unit")
-    unit = log.meanings[columns[0]].unit
-    units = [*units_of(role, log.arm.is_revolute[0])]
-    fault = f"{log.table.names[columns[0]]} is in {unit}, no unit of {_PLURAL[role]}"
-    patterns = _candidates(log, columns) if unit_in_words(unit) in (None, "grad") else []
-    options = _pattern_options(role, [f"{pattern}:{units[0]}" for pattern in patterns])
-    if role == "torque" and unit in UNITS["current"]:
-        return fault, f"--torque-constant LIST takes {log.arm.n_joints} joint torques per ampere"
-    return fault, f"if this is {', '.join(units)}: {options}" if patterns else ""
-
-
-def _no_currents(log: _NamedLog) -> TrajectoryError:
-    """Error for torque constants of a log without columns of torque."""
-    currents = [k for k, name in enumerate(log.table.names) if set(words_of(name)) & CURRENTS]
-    patterns = _candidates(log, currents) or _candidates(log, _unknown_columns(log, BLOCKED - CURRENTS))
-    step = _pattern_options("torque", patterns) or "--map torque:JOINT=COLUMN for every joint"
-    message, expected = "no columns for the torque constants", "columns of torque or currents, one per joint"
-    where = f"--torque-constant; {log.table.where()}"
-    return refusal(message, where, expected, _listed(log.table.names), f"name the currents: {step}")
-
-
-def _no_numbers(table: LogTable, column: int) -> TrajectoryError:
-    """Error for a column with the name of a role whose cells are text."""
-    message, cell = f"{table.label(column)} is not a number", in_python(table.head(column)[0])
-    step = "correct the cells, or choose the columns with --map"
-    return refusal(message, table.where(0, column), "numbers", cell, step)
-
-
-def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
-    shared = frozenset.intersection(*(family.words for family in choices))
-    words = []
-    for family in choices[:6]:
-        distinct_words = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
-        words += distinct_words[:1] if distinct_words and distinct_words[0] else []
-    for_role = "" if role == "q" else f"{role}="
-    options = [f"--family {for_role}{word}" for word in words]
-    choose_by = " or ".join(options) or "--columns with the names to use"
-    message, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
-    candidates = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
-    expected = "one column per joint"
-    error = AmbiguityError(message, where=table.where(), expected=expected, found=candidates, next_step=step)
-    error.families = tuple(choices)
-    return error
-
-
-def _lacking(log: _NamedLog, role: str, of_role: Sequence[Family]) -> TrajectoryError:
-    """Error for a quantity that is not given for all of the arm's joints."""
-    table, arm = log.table, log.arm
-    names = [joint.name for joint in arm.joints]
-    nearest = max(of_role, key=lambda family: len(family.columns))
-    missing = [name for j, name in enumerate(names) if j not in nearest.columns]
-    used_names = [table.names[c] for c in nearest.all_columns]
-    remaining_names = [name for name in table.names if name and name not in {*used_names}]
-    what = _PLURAL[role]
-    message, expected = f"the log has no {what[:-1]} of joint {', '.join(missing)}", ", ".join(names)
-    listed = _listed(used_names) + (f"; also {_listed(remaining_names)}" if remaining_names else "")
-    step = f"--map '{role}:{missing[0]}=COLUMN' names a column, or choose the log's arm"
-    return refusal(message, table.where(), f"{what} of all joints: {expected}", listed, step)
-
-
-def _no_positions(log: _NamedLog, words: Sequence[str]) -> TrajectoryError:
-    """Error for a log without positions."""
-    table, arm = log.table, log.arm
-    names = [joint.name for joint in arm.joints]
-    if words and any(family.role == "q" for family in log.families):
-        family_words = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
-        message = f"no positions are of family {' '.join(words)}"
-        step = "give one of these words with --family"
-        return refusal(message, table.where(), ", ".join(family_words), " ".join(words), step)
-    strangers = {
-        as_written(meaning.token, name) if meaning.label else name: None
-        for meaning, name in zip(log.meanings, table.names, strict=True)
-        if meaning.role == "q" and meaning.token and meaning.joint is None
-    }
-    if strangers:
-        message, listed = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        patterns = _candidates(log, [k for k, meaning in enumerate(log.meanings) if meaning.role == "q"])
-        if patterns:
-            step = f"if these are the arm's joints in order of number: {_pattern_options('q', patterns)}"
-        elif len(strangers) == arm.n_joints:
-            pairs = (
-                _map_option(f"joint:{arm_name}={log_name}")
-                for arm_name, log_name in zip(names, strangers, strict=True)
-            )
-            step = f"if these are the same joints in this order: {' '.join(pairs)}"
-        else:
-            step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
-        return refusal(message, table.where(), ", ".join(names), listed, step)
-    message = "no column is recognized as a joint position"
-    expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
-    patterns = _candidates(log, _unknown_columns(log, BLOCKED))
-    step = f"name the columns: --map 'q:{names[0]}=COLUMN' and so on"
-    if not patterns and log.rejected("q", "unit"):
-        fault, option = _unit_not_read(log, "q")
-        message, step = f"{message}: {fault}", option or step
-    if patterns:
-        step = f"if these are positions: {_pattern_options('q', patterns)}; in degrees 'q={patterns[0]}:deg'"
-    return refusal(message, table.where(), expected, _listed(table.names), step)
