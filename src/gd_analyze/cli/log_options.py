@@ -41,10 +41,10 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         ),
         option(
             "--map",
-            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of one per "
-            "joint, where * stands for its name or number ('q=AIPos.A*', q=mp1..mp7), if need be with a unit "
-            "('q=AIPos.A*:deg', time=Time:us); or a joint's name in the log (joint:elbow=joint_a3). May be "
-            "repeated.",
+            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of one "
+            "per joint, where * stands for its name or number ('q=AIPos.A*', q=mp1..mp7), if need be with a "
+            "unit ('q=AIPos.A*:deg', time=Time:us); or a joint's name in the log (joint:elbow=joint_a3). May "
+            "be repeated.",
             metavar="ROLE=COLUMN[:UNIT]",
             multiple=True,
         ),
