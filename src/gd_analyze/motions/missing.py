@@ -28,7 +28,12 @@ from gd_analyze.units import UNITS
 
 ORDER = {"measured": 0, "plain": 1, "target": 2}
 PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
-_SINGULAR = {"q": "position", "qd": "velocity", "qdd": "acceleration", "torque": "torque"}
+_LACKED = {
+    "q": "the log has no position of joint",
+    "qd": "the log has no velocity of joint",
+    "qdd": "the log has no acceleration of joint",
+    "torque": "the log has no torque of joint",
+}
 # Most patterns of names listed in a message.
 _MOST_CANDIDATES = 4
 
@@ -168,7 +173,7 @@ def lacking(log: NamedLog, role: str, of_role: Sequence[Family]) -> TrajectoryEr
     missing = [name for j, name in enumerate(names) if j not in nearest.columns]
     used_names = [table.names[c] for c in nearest.all_columns]
     remaining_names = [name for name in table.names if name and name not in {*used_names}]
-    message, expected = f"the log has no {_SINGULAR[role]} of joint {', '.join(missing)}", ", ".join(names)
+    message, expected = f"{_LACKED[role]} {', '.join(missing)}", ", ".join(names)
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
     step = f"--map '{role}:{missing[0]}=COLUMN' names a column, or choose the log's arm"
     return refusal(message, table.where(), f"{PLURAL[role]} of all joints: {expected}", listed, step)
