@@ -168,6 +168,12 @@ def test_one_angle_in_two_units(read, refused, warned):
     assert "q0_deg" in said
     assert "q0_rad" in said
     refused("--family deg or --family rad", text(np.degrees(q) + 1.0), arm_of("hip", "knee"))
+    # Equal numbers are one angle only in one unit, and one quantity may have two names.
+    refused("--family", text(q).replace("q0_rad,q1_rad", "position_0,position_1"), arm_of("hip", "knee"))
+    with warned() as texts:
+        named = text(np.degrees(q)).replace("q0_rad,q1_rad", "position_0,position_1")
+        np.testing.assert_array_equal(read(named, arm_of("hip", "knee")).q, logged.q)
+    assert len(texts) == 1
     commented = "# joint path\n# columns: " + text(np.degrees(q))
     with warned():
         np.testing.assert_array_equal(read(commented, arm_of("hip", "knee")).q, logged.q)

@@ -121,23 +121,32 @@ def chosen_columns(
 def _given_twice(
     families: Sequence[Family], arm: RobotArm, numbers: Mapping[int, FloatArray], table: LogTable
 ) -> dict[object, str]:
-    """Families whose numbers are those of another in another unit, such as degrees beside radians.
+    """Families with the numbers of another, maybe in another unit, such as degrees beside radians.
 
     Of these the one in SI units stays, else the first.
     """
-    joints = enumerate(arm.joints)
-    sizes = {k: units_of(families[0].role, joint.kind == "revolute") for k, joint in joints}
 
-    def in_si(family: Family) -> FloatArray:
-        return np.array(
-            [numbers[c[0]] * sizes[k].get(family.unit, 1.0) for k, c in sorted(family.columns.items())]
-        )
+    def in_si(family: Family) -> FloatArray | None:
+        """Numbers, (n, N); None where their units are not known."""
+        sizes = []
+        for joint in arm.joints:
+            units = units_of(family.role, joint.kind == "revolute")
+            unit = fitting_unit(family.unit or next(iter(units)), family.role, joint.kind == "revolute")
+            sizes.append(np.nan if unit is None else units[unit])
+        columns = [columns[0] for _, columns in sorted(family.columns.items())]
+        return None if np.isnan(sizes).any() else np.array([numbers[c] for c in columns]) * np.c_[sizes]
 
-    first, *others = sorted(families, key=lambda f: all(f.unit != next(iter(of)) for of in sizes.values()))
+    first, *others = sorted(families, key=lambda family: family.unit not in ("", "rad", "m", "N m", "N"))
     values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
+    if values is None:
+        return {}
     tolerance = _EQUAL_DIGITS * float(np.nanmax(np.abs(values), initial=0.0))
-    equal = [f for f in others if np.allclose(in_si(f), values, rtol=0.0, atol=tolerance, equal_nan=True)]
-    return {family.key: same for family in equal}
+    copies: dict[object, str] = {}
+    for family in others:
+        other = in_si(family)
+        if other is not None and np.allclose(other, values, rtol=0.0, atol=tolerance, equal_nan=True):
+            copies[family.key] = same
+    return copies
 
 
 def _require_one_role_each(choice: Choice, table: LogTable) -> None:

@@ -43,7 +43,7 @@ class Family:
     extra: tuple[int, ...]  # columns of joints that the arm lacks
     why: str  # how the joints were matched
     renamed: tuple[tuple[str, str], ...] = ()  # log's name and arm's name of joints whose names differ
-    unit: str = ""  # in its names, where only this distinguishes it from another
+    unit: str = ""  # stated in all its names; "mixed" if they state several
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -81,9 +81,9 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
         m.number is not None and not m.label for columns in groups.values() for m in columns.values()
     )
     families: list[Family] = []
-    parts = [(group, unit, part) for group, whole in groups.items() for unit, part in _by_unit(whole).items()]
-    for group, unit, columns in parts:
-        make = partial(Family, *group, unit=unit)
+    for group, columns in ((group, part) for group, whole in groups.items() for part in _by_unit(whole)):
+        units = {meaning.unit for meaning in columns.values()}
+        make = partial(Family, *group, unit=units.pop() if len(units) == 1 else "mixed")
         named = _columns_by_joint({c: m.joint for c, m in columns.items()})
         unnamed = {c: m for c, m in columns.items() if m.joint is None}
         mixed = _by_name_or_number(make, columns, names, written)
@@ -111,15 +111,15 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
     return families
 
 
-def _by_unit(columns: dict[int, Meaning]) -> dict[str, dict[int, Meaning]]:
+def _by_unit(columns: dict[int, Meaning]) -> list[dict[int, Meaning]]:
     """Columns by unit where they state each joint's quantity in the same few, such as q1_deg and q1_rad."""
     units: dict[tuple[Words, int | None], list[str]] = {}
     for meaning in columns.values():
         units.setdefault((meaning.token, meaning.joint), []).append(meaning.unit)
     first = next(iter(units.values()))
     if len(first) < 2 or any(sorted(joint) != sorted({*first}) for joint in units.values()):
-        return {"": columns}
-    return {unit: {c: m for c, m in columns.items() if m.unit == unit} for unit in first}
+        return [columns]
+    return [{c: m for c, m in columns.items() if m.unit == unit} for unit in first]
 
 
 def _columns_by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
