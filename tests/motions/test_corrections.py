@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.types import Reading
 
 EPS = float(np.finfo(float).eps)
@@ -130,3 +130,18 @@ def test_a_log_says_how_it_was_corrected(two_link, tmp_path):
     assert motion.recording is not None
     assert motion.recording.torque is not None
     assert np.allclose(motion.recording.torque, np.column_stack([-2 * time, 3 * time]))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *({"time_unit": "min"}, {"rate": 0.0}, {"rate": 0.004}, {"rate": 1e6}, {"torque_constant": "1,x"}),
+        *({"rate": 5.0, "time_unit": "s"}, {"family": "x=y"}, {"map": ["q"]}, {"columns": "q6..q1"}),
+        *({"torque_sign": "up"}, {"lag": "4"}, {"offset": ["3"]}, {"offset": ["3=x"]}),
+    ],
+)
+def test_every_option_of_reading_that_cannot_be_read_says_what_to_type(words):
+    with pytest.raises(GdAnalyzeError) as caught:
+        Reading.of(**words)
+    assert caught.value.details["next"]
+    assert caught.value.details["expected"]

@@ -93,6 +93,9 @@ def test_a_pattern_reads_names_numbers_and_units(read, warned):
     # Numbers from 0 as well, in any order, and a column of another quantity beside them is left out.
     logged = read(log_of("x2_pos x0_pos x1_pos x_pos"), arm_of(*UR[:3]), map=["q=x*_pos"])
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
+    # A star alone: joints by name, and the time stays the time.
+    logged = read(log_of("elbow_joint shoulder_pan_joint shoulder_lift_joint"), arm_of(*UR[:3]), map=["q=*"])
+    np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
     # A rail in mm and an arm in degrees, by two patterns.
     rail = arm_of("rail", "joint_a1", "joint_a2", kinds=["prismatic", "revolute", "revolute"])
     with warned():

@@ -52,6 +52,7 @@ _TIMED = ("time", "sec", "nanosec", "index")
 _ZERO = "0 throughout"
 # Numbers of one quantity in two units agree to the digits with which logs are written.
 _EQUAL_DIGITS = 1e-5
+_SI = ("", "rad", "m", "N m", "N")
 
 Role = Literal["time", "unused"] | MotionRole
 
@@ -136,7 +137,7 @@ def _given_twice(
         columns = [columns[0] for _, columns in sorted(family.columns.items())]
         return None if np.isnan(sizes).any() else np.array([numbers[c] for c in columns]) * np.c_[sizes]
 
-    first, *others = sorted(families, key=lambda family: family.unit not in ("", "rad", "m", "N m", "N"))
+    first, *others = sorted(families, key=lambda family: family.unit.partition("/")[0] not in _SI)
     values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
     if values is None:
         return {}
@@ -269,6 +270,8 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
     meanings = [Meaning("other", unit=m.unit) if m.role in replaced else m for m in meanings]
     for pattern, stars in patterns:
         for k, star in stars.items():
+            if meanings[k].role in _TIMED:
+                continue
             unit = pattern.unit or meanings[k].unit
             meanings[k] = meaning_by_pattern(pattern.role, pattern.text, star, unit, joints)
     return meanings

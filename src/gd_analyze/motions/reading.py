@@ -121,22 +121,30 @@ class Reading:
 
     def __post_init__(self) -> None:
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
-            raise refusal("unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit))
+            step = "--time-unit ms for milliseconds"
+            raise refusal(
+                "unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit), step
+            )
         if self.rate is not None and not 0.0 < self.rate <= LARGEST:
-            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
+            step = "--rate 125 for 125 samples per second"
+            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate), step)
         if self.rate is not None and not _LOWEST_RATE <= self.rate <= _HIGHEST_RATE:
             expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{self.rate:g} Hz"
             step = f"--rate {1 / self.rate:.6g} if {self.rate:g} is the time from sample to sample, in s"
             raise refusal("no motion is sampled so", "rate", expected, content, step)
         if self.torque_constant is not None and None in self.torque_constant:
             expected = "a number per joint, N m/A, with commas"
-            raise refusal("the torque constants are not numbers", "torque_constant", expected, "another word")
+            step = "--torque-constant 10.7,10.7,8.5 for an arm of three joints"
+            message = "the torque constants are not numbers"
+            raise refusal(message, "torque_constant", expected, "another word", step)
         if self.rate is not None and self.time_unit is not None:
             expected, values = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
-            raise refusal("a rate and a unit of time contradict each other", "rate", expected, values)
+            message, step = "a rate and a unit of time contradict each other", "omit one of the two"
+            raise refusal(message, "rate", expected, values, step)
         for role, word in self.family:
             if role not in ("", *ROLES):
-                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}")
+                step = f"--family torque={word} for torques, --family {word} for all"
+                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}", step)
 
     def words_for(self, role: str) -> tuple[str, ...]:
         """Words that the names of a role's columns must contain."""
@@ -180,7 +188,8 @@ def _pair(entry: str, where: str) -> tuple[str, str]:
     role, _, column = entry.partition("=")
     if not role.strip() or not column.strip():
         expected = "ROLE=COLUMN, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
-        raise refusal("this is not a mapping", where, expected, repr(entry))
+        step = "`gd-analyze columns ROBOT LOG` lists the columns"
+        raise refusal("this is not a mapping", where, expected, repr(entry), step)
     return role.strip(), column.strip()
 
 
@@ -203,5 +212,6 @@ def _expanded(entry: str) -> list[str]:
     first, last = int(match[2]), int(match[4])
     if match[3] not in ("", match[1]) or not first <= last < first + _MOST_COLUMNS:
         expected = "q1..q6, with the same letters on both sides"
-        raise refusal("this is not a range of names", "--columns", expected, repr(entry))
+        step = "write the names one by one, with commas"
+        raise refusal("this is not a range of names", "--columns", expected, repr(entry), step)
     return [f"{match[1]}{k}" for k in range(first, last + 1)]
