@@ -31,7 +31,7 @@ from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import ROUGH, THOROUGH, Effort
+from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
 from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, trade_off
 from psdm_measure import made_with
 
@@ -146,9 +146,9 @@ def report() -> str:
         "| model | torque terms | operations (mult + add) | sin, cos | largest error | certified |",
         "|---|---|---|---|---|---|",
         row(EXACT, exact, whole),
-        row("exact, its terms rewritten", exact, model_of(exact, whole.terms, THOROUGH)),
+        row("exact, its terms rewritten", exact, model_of(exact, whole.terms, FINAL)),
         row(RULE, exact, ruled),
-        row("its terms, rewritten", exact, model_of(exact, ruled.terms, THOROUGH)),
+        row("its terms, rewritten", exact, model_of(exact, ruled.terms, FINAL)),
     ]
     as_good = Budget.of_torques(equal * exact.peak_torque)
     asked: tuple[tuple[str, Budget, Level, bool], ...] = (

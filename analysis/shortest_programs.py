@@ -1,7 +1,7 @@
 """The exact programs of the shipped arms, in the fewest operations that a long search finds.
 
-Each is rearranged from the recursion, with other random choices each time, and the best again and again; with
-drives from what was found without.
+The torque is rearranged from the recursion, with other random choices each time, and the best again and again; with
+drives from what was found without. D, h and c follow from it, and are rearranged likewise.
 Writes `data/programs/`; takes some minutes an arm: `python analysis/shortest_programs.py [ARM ...]`.
 """
 
@@ -15,7 +15,7 @@ from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.catalogue import load_arm
-from gd_analyze.simplification.exact import ExactForm, shipped_name
+from gd_analyze.simplification.exact import ExactForm, functions_to_rewrite, shipped_name
 
 # Those whose programs a second or two do not find.
 ARMS = ("puma560", "stanford")
@@ -46,14 +46,17 @@ def main() -> None:
     """Search those of the arms named, or of all."""
     for name in sys.argv[1:] or ARMS:
         arm = load_arm(name)
-        program = ExactForm(arm).recursion
+        torque = ExactForm(arm).recursion
         for drives in sorted({False, arm.counts_drives(None)}):
             form = ExactForm(arm, drives)
-            program = shortest(driven(program, form) if drives else program, shipped_name(form))
-            write_text(
-                data_folder("programs") / f"{shipped_name(form)}.json",
-                json.dumps(plain_program(program)) + "\n",
-            )
+            torque = shortest(driven(torque, form) if drives else torque, shipped_name(form))
+            functions = functions_to_rewrite(form, torque)._asdict()
+            programs = {"torque": torque} | {
+                quantity: shortest(program, f"{shipped_name(form)}, {quantity}")
+                for quantity, program in functions.items()
+            }
+            plain = {quantity: plain_program(program) for quantity, program in programs.items()}
+            write_text(data_folder("programs") / f"{shipped_name(form)}.json", json.dumps(plain) + "\n")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from advice import false_advice
 from gd_analyze import Trajectory, decompose, load_arm, read_trajectory, simplify
 from gd_analyze.cache import VARIABLE
 from gd_analyze.cli.app import app
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.studies.main_job import find
 from gd_analyze.tables import save_results, states_in_box
 from gd_analyze.threads import begin_with_one_thread
@@ -113,7 +113,8 @@ def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
 def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
     log = recorded(two_link, gain=(1.0, 2.0), noise=0.05, cutoff=CUTOFF)
-    return find(two_link, log, Settings(fit_friction=True), command="gd-analyze two_link")
+    with pytest.warns(GdAnalyzeWarning, match="contradict"):
+        return find(two_link, log, Settings(fit_friction=True), command="gd-analyze two_link")
 
 
 @pytest.fixture(scope="session")
@@ -121,7 +122,8 @@ def everything_found(two_link: RobotArm) -> Findings:
     """Of two logs with torques: every group and attribute that results may have."""
     first, second = (recorded(two_link, gain=(1.0, 2.0), noise=0.05, seed=k, cutoff=CUTOFF) for k in (0, 1))
     logs = [first, dataclasses.replace(second, name="again")]
-    return find(two_link, logs, Settings(fit_friction=True), command="gd-analyze two_link")
+    with pytest.warns(GdAnalyzeWarning, match="contradict"):
+        return find(two_link, logs, Settings(fit_friction=True), command="gd-analyze two_link")
 
 
 @pytest.fixture(scope="session")

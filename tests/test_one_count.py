@@ -14,7 +14,7 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import THOROUGH
+from gd_analyze.simplification.torque_program import FINAL
 from gd_analyze.studies.comparison import comparison
 from gd_analyze.types import LEVELS, Box, ExactDynamics, ExactForm, Settings
 from long_cases import long
@@ -44,7 +44,7 @@ def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, 
     """Found by a quick search or a long one: the same terms take the same operations."""
     exact = ExactDynamics.of(puma, pick_and_place, drives=True)
     model = simplify_exact(exact, gd.types.Budget.parse("2%"), SearchOptions(level, thorough=False))
-    assert model.program.count == model.level.write(exact.form, model.terms, THOROUGH).count
+    assert model.program.count == model.level.write(model.form, model.terms, FINAL).count
     # Every step of the search is counted so, and the fewest is that of the model.
     assert min(step.operations for step in model.accuracy.steps) == model.operations_minimized.total
 

@@ -14,7 +14,6 @@ from .exporting.export import export_decomposition as export_decomposition
 from .formulas.results import equations as equations
 from .identification.excitation import exciting_motion as exciting_motion
 from .identification.identify import identify as identify
-from .motions.planning import plan as plan
 from .motions.pool import pool as pool
 from .motions.read import read_log as read_log
 from .motions.read import read_trajectory as read_trajectory
@@ -31,6 +30,7 @@ from .studies.batch import batch as batch
 from .studies.control import control as control
 from .studies.evaluation import evaluate as evaluate
 from .studies.main_job import analyze as analyze
+from .studies.plan import plan as plan
 from .studies.simplifying import simplify as simplify
 from .studies.sweep import sweep as sweep
 from .studies.tracking import tracking_budget as tracking_budget

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gd_analyze.text import in_python, shortened, visible
 
+# Files of the frames between a warning and the call that it is about: the library, and its context managers.
+_OURS = (str(Path(__file__).parent), contextlib.__file__)
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
 _LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
 
@@ -138,6 +141,14 @@ class TorqueLimitWarning(LeadingWarning):
     """A motion takes more torque than the arm's drives give."""
 
 
+def warn_caller(warning: GdAnalyzeWarning) -> None:
+    """Give a warning from the line that called the library, as filters and `pytest.warns` expect it."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OURS):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(warning, stacklevel=level)
+
+
 class Warned:
     """The library's warnings, once each, leading ones first; those of a stage of the work are told together.
 
@@ -146,33 +157,41 @@ class Warned:
     texts
         Warnings given so far, which are not told again; the list grows.
     tell
-        Called with the texts that are new since it was last called.
+        Called with every warning that is new since the last time: by default it is given to whoever called
+        the library, in Python as on a terminal.
     """
 
-    def __init__(self, texts: list[str], tell: Callable[[list[str]], None]) -> None:
-        self.texts = texts
+    def __init__(
+        self, texts: list[str] | None = None, tell: Callable[[GdAnalyzeWarning], None] = warn_caller
+    ) -> None:
+        self.texts = [] if texts is None else texts
         self._tell = tell
-        self._told = set(texts)
+        self._told = set(self.texts)
+        self._noted: dict[str, GdAnalyzeWarning] = {}
 
-    def note(self, text: str, category: type[Warning] = GdAnalyzeWarning) -> None:
+    def note(self, warning: GdAnalyzeWarning) -> None:
         """Note a warning, a leading one before all others."""
+        text = str(warning)
         if text not in self.texts:
-            self.texts.insert(0 if issubclass(category, LeadingWarning) else len(self.texts), text)
+            self._noted[text] = warning
+            self.texts.insert(0 if isinstance(warning, LeadingWarning) else len(self.texts), text)
 
     def tell(self) -> None:
         """Tell the warnings that were not told yet."""
         new_texts = [text for text in list(self.texts) if text not in self._told]  # threads may note more
         self._told.update(new_texts)
-        self._tell(new_texts)
+        for text in new_texts:
+            if text in self._noted:  # others were told by who put them there
+                self._tell(self._noted[text])
 
-    @contextmanager
+    @contextlib.contextmanager
     def collecting(self) -> Iterator[None]:
         """Note the library's warnings while the block lasts, and tell them at its end."""
         shown_by_python = warnings.showwarning
 
         def note(message: Warning | str, category: type[Warning], *arguments: Any, **keywords: Any) -> None:
-            if issubclass(category, GdAnalyzeWarning):
-                self.note(str(message), category)
+            if isinstance(message, GdAnalyzeWarning):
+                self.note(message)
             else:
                 shown_by_python(message, category, *arguments, **keywords)
 

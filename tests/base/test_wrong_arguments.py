@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gd_analyze as gd
@@ -152,6 +153,83 @@ def test_a_wrong_option_is_refused(name, option, wrong, right):
     with pytest.raises(gd.GdAnalyzeError) as caught:
         function(*values, **{option: wrong})
     assert {"where", "expected", "found"} <= caught.value.details.keys()
+
+
+def flags(of: Any) -> list[str]:
+    """Arguments, or fields, that are True or False."""
+    parameters = inspect.signature(of).parameters.items()
+    return [name for name, value in parameters if value.annotation in ("bool", "bool | None")]
+
+
+def function_named(name: str) -> Any:
+    function: Any = gd
+    for part in name.split("."):
+        function = getattr(function, part)
+    return function
+
+
+FLAGS = [(name, flag) for name in CALLS for flag in flags(function_named(name))]
+SETTINGS = ("Settings", "ControlSettings", "Reading", "Treatment", "Link")
+
+
+@pytest.mark.parametrize(("name", "flag"), FLAGS)
+def test_what_counts_as_true_is_not_true(name, flag, right):
+    """Texts such as "no" count as true, and numbers as one or the other."""
+    values = [(right | {"path": "two-link-swing"})[argument] for argument in CALLS[name].split()]
+    for wrong in ("no", "", 0, 1, [False]):
+        with pytest.raises(gd.GdAnalyzeError) as caught:
+            function_named(name)(*values, **{flag: wrong})
+        details = caught.value.details
+        assert (details["where"], "True" in details["expected"]) == (flag, True)
+        assert "False" in details["expected"]
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"), [(name, flag) for name in SETTINGS for flag in flags(getattr(gd.types, name))]
+)
+def test_what_counts_as_true_is_no_setting(name, flag):
+    usual = {"name": "a", "mass": 1.0, "com": np.zeros(3), "inertia_com": np.eye(3)} if name == "Link" else {}
+    for wrong in ("no", 0, 1):
+        with pytest.raises(gd.GdAnalyzeError) as caught:
+            getattr(gd.types, name)(**usual, **{flag: wrong})
+        assert caught.value.details["where"] == flag
+
+
+def test_flags_of_every_kind_are_tried():
+    """Public functions have these and no others; NumPy's own True is one."""
+    assert {"overwrite", "strict", "drives", "refit", "physical", "allow_violations"} <= {x for _, x in FLAGS}
+    assert gd.types.Settings(refit=np.True_).refit
+
+
+# Arguments that are one of some words, by function.
+WORDS = [
+    ("analyze", "level"),
+    ("analyze", "verdicts"),
+    ("analyze", "formats"),
+    ("batch", "formats"),
+    ("batch", "to"),
+    ("evaluate", "fail_over"),
+    ("export", "scalar"),
+    ("export", "what"),
+    ("export_decomposition", "scalar"),
+    ("plan", "profile"),
+    ("simplify", "level"),
+    ("simplify", "verdicts"),
+    ("sweep", "operations"),
+    ("tables.joint_accelerations", "method"),
+]
+
+
+@pytest.mark.parametrize(("name", "argument"), WORDS)
+@pytest.mark.parametrize("wrong", ["nonsense", "", 3, True, ["nonsense"], [3], b"term"])
+def test_another_word_is_refused(name, argument, wrong, right, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if argument in ("formats", "what", "to") and wrong == "":
+        wrong = [""]
+    values = [right[other] for other in CALLS[name].split()]
+    with pytest.raises(gd.GdAnalyzeError) as caught:
+        function_named(name)(*values, **{argument: wrong})
+    assert {"where", "expected"} <= caught.value.details.keys()
 
 
 def test_no_logs_are_refused(two_link):

@@ -28,18 +28,17 @@ from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import POINT
 from long_cases import long
 from recordings import swung
 from strategies import arms, arms_with_states, examples
 
 
-@examples(4)
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
+@examples(3)
 @given(
-    arms_with_states(max_joints=2, count=15, massive=True),
-    st.integers(2, 30),
-    st.sampled_from([TERM, ENERGY]),
-    st.integers(0, 2**32 - 1),
+    case=arms_with_states(max_joints=2, count=15, massive=True),
+    percent=st.integers(2, 30),
+    seed=st.integers(0, 2**32 - 1),
 )
 def test_no_state_of_the_box_breaks_the_budget(case, percent, level, seed):
     arm, drawn = case
@@ -152,7 +151,7 @@ def test_within_limits_an_ascent_finds_no_larger_error_than_is_stated(puma):
         gd.types.Box.of(puma),
         np.random.default_rng(7),
     )
-    quick = SearchOptions("term", thorough=False, writing=POINT)
+    quick = SearchOptions("term", thorough=False)
     held = simplify_held(exact, "5%", box, quick)
     allowed = exact.allowed("5%")
     assert held.model.saves

@@ -34,14 +34,11 @@ def damaged(arm, level, rng):
     return model_of(form, level, {t: c for t, c in level.terms(form).items() if rng.random() < 0.8})
 
 
-@examples(20)
-@given(
-    arms(max_joints=4),
-    st.integers(0, 2**32 - 1),
-    st.sampled_from([1, 100, 3000]),
-    st.sampled_from([TERM, ENERGY]),
-    st.booleans(),
-)
+@pytest.mark.parametrize("effort", [1, 100, 3000])
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
+@pytest.mark.parametrize("whole", [True, False])
+@examples(2)
+@given(arm=arms(max_joints=4), seed=st.integers(0, 2**32 - 1))
 def test_no_position_falls_below_it(arm, seed, effort, level, whole):
     rng = np.random.default_rng(seed)
     model = exact_model(arm, level=level) if whole else damaged(arm, level, rng)
@@ -62,14 +59,11 @@ def in_pieces(tube, rng, count=2000):
 
 
 @pytest.mark.slow
-@examples(20)
-@given(
-    motions(count=5),
-    st.integers(0, 2**32 - 1),
-    st.sampled_from([1, 8000]),
-    st.sampled_from([1, 3, 200]),
-    st.sampled_from([TERM, ENERGY]),
-)
+@pytest.mark.parametrize("effort", [1, 8000])
+@pytest.mark.parametrize("most", [1, 3, 200])
+@pytest.mark.parametrize("level", [TERM, ENERGY], ids=str)
+@examples(2)
+@given(case=motions(count=5), seed=st.integers(0, 2**32 - 1))
 def test_no_position_of_a_tube_falls_below_it(case, seed, effort, most, level):
     arm, motion = case
     rng, tube = np.random.default_rng(seed), gd.types.Tube.along(arm, motion, most=most)

@@ -61,7 +61,8 @@ def test_terminal_tells_the_answer_first(run, here, true):
     result = run("identify two_link log.csv")
     assert result.code == 0
     answer = run("identify two_link log.csv --json").json
-    assert f"supports {answer['supported_operations']} of " in " ".join(result.out.splitlines()[:3])
+    counted = f"supports {answer['supported_operations']} operations and "
+    assert counted in " ".join(result.out.splitlines()[:3])
     assert max(map(len, result.out.splitlines())) <= 90
     assert "supports" not in run("identify two_link log.csv --no-model --plain").out
 

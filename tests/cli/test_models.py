@@ -252,10 +252,10 @@ def test_errors_stand_beside_what_is_allowed_and_no_share_of_another_peak(run, h
     for row, allowed, error, peak in zip(
         told["joints"], made.accuracy.allowed, exact.largest, exact.peak_torque, strict=True
     ):
-        assert row["within_allowed"] == (row["largest_of_allowed"] <= 1.0) == (error <= allowed)
+        assert (row["largest_of_allowed"] <= 1.0) == (error <= allowed)
         assert row["largest_share_of_peak_here"] == error / peak
-        assert (row["largest_share_of_peak_fitted_on"] <= 0.02) == row["within_allowed"]
-    assert not all(of(told["joints"], "within_allowed"))
+        assert (row["largest_share_of_peak_fitted_on"] <= 0.02) == (error <= allowed)
+    assert max(of(told["joints"], "largest_of_allowed")) > 1.0
     shown = run("evaluate model.json two-link-swing").words
     assert all(f"{row['largest_of_allowed']:.3g} times" in shown for row in told["joints"])
     assert "Omissions" in shown
@@ -277,7 +277,6 @@ def test_a_verdict_is_an_exit_code_and_a_junit_file(run, motions, here):
     # The motion is known by its numbers: as a file it is another than the one that the model was fitted on.
     told = run("evaluate model.json slow.csv fast.csv --junit out/junit.xml")
     assert (told.code, "Passed" in told.out, "Not judged" in told.out) == (0, False, True)
-    assert "Promise" in told.out
     assert ElementTree.parse(here / "out/junit.xml").getroot().attrib["skipped"] == "4"
     assert run("evaluate model.json slow.csv fast.csv --strict").code == 1
     passes = run("evaluate model.json slow.csv --fail-over 5%")

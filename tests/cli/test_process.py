@@ -19,7 +19,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cache import VARIABLE
-from gd_analyze.simplification.kept_program import kept_program
+from gd_analyze.simplification.kept_program import kept_programs
 from long_cases import long
 from program import PROGRAM
 
@@ -72,7 +72,7 @@ def test_the_version_and_where_the_cache_is(run, monkeypatch):
 @pytest.mark.parametrize("words", [long("two_link two-link-swing"), "simplify two_link"])
 def test_without_the_cache_nothing_is_kept_and_all_is_the_same(run, monkeypatch, tmp_path, words):
     def told(line: str) -> dict:
-        kept_program.cache_clear()
+        kept_programs.cache_clear()
         result = run(f"{line} --json")
         assert result.code == 0, result.err
         return {key: value for key, value in result.json.items() if key not in ("provenance", "seconds")}

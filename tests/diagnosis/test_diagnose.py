@@ -206,7 +206,8 @@ def test_the_ranking_has_figures(good, tmp_path):
 def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tmp_path, monkeypatch):
     """One notice with the option; ranking and samples are stored; a log that agrees is not diagnosed."""
     time, q, torque = good
-    found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
+    with pytest.warns(gd.GdAnalyzeWarning, match="--torque-sign -1"):
+        found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
     notices = [text for text in found.warnings if "contradict" in text]
     assert len(notices) == 1
     assert "--torque-sign -1" in notices[0]

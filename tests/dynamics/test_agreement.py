@@ -32,8 +32,8 @@ from gd_analyze.dynamics.pinocchio_check import (
 )
 from gd_analyze.tables import cross_check
 from gd_analyze.types import RobotArm
-from parallel_axes import arms_with_runs
-from strategies import States, arms_with_states, examples, motions, random_states
+from parallel_axes import arms_with_runs, of_every_turn
+from strategies import States, arms_with_states, examples, explicitly, motions, random_states
 from transforms import derivative, link_frames
 
 EPS = float(np.finfo(float).eps)
@@ -77,6 +77,7 @@ def test_all_agree_on_built_in_arms(name):
     check(arm, random_states(arm.n_joints, 200, 1987))
 
 
+@of_every_turn(states=6)
 @examples(30)
 @given(every_arm)
 def test_all_agree_on_drawn_arms(case):
@@ -99,6 +100,8 @@ def velocities_of_the_end(arm: RobotArm, q: FloatArray) -> FloatArray:
 
 
 @pytest.mark.parametrize("formulation", [newton_euler_base, newton_euler_link])
+@of_every_turn(states=6, seed=1)
+@explicitly(map(load_arm, BUILT_IN), states=6, seed=1)
 @examples(20)
 @given(every_arm, st.integers(0, 2**32 - 1))
 def test_an_external_wrench_costs_its_virtual_work(formulation, case, seed):

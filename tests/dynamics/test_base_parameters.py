@@ -19,7 +19,7 @@ from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.dynamics.regrouping import PARAMETER_KINDS
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.types import BaseParameters, DHRow, Drive, Joint, Link, Placement, RobotArm
-from parallel_axes import arms_with_runs, scara
+from parallel_axes import arms_with_runs, of_every_turn, scara
 from strategies import arms, examples, random_inertia, random_states
 
 # Above it the least direction that acts stands out (2.8e-4 and more in 1500 drawn arms), below it
@@ -71,6 +71,7 @@ def numbers(base: BaseParameters, of: str = "number") -> FloatArray:
 
 
 @examples(25)
+@of_every_turn(drives=True)
 @given(st.one_of(arms(max_joints=7), arms_with_runs()), st.booleans())
 def test_they_are_minimal_and_the_recursion_needs_nothing_else(arm, drives):
     """Links that have base parameters only, all else zero, ask for the torque of the arm."""
@@ -106,6 +107,7 @@ def bare(arm: RobotArm, base: BaseParameters):
 
 
 @examples(25)
+@of_every_turn()
 @given(st.one_of(arms(max_joints=6), arms_with_runs()))
 def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
     base = gd.tables.base_parameters(with_drives(arm))

@@ -18,15 +18,17 @@ from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy, solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.types import RobotArm
-from strategies import States, arms_with_states, examples, random_states
+from strategies import States, arms_with_states, examples, explicitly, random_states
 
 BUILT_IN = ["puma560", "stanford", "two_link"]
+
+ARMS = [load_arm(name) for name in BUILT_IN]
 
 every_arm = st.one_of(
     arms_with_states(),
     st.builds(
         lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
-        st.sampled_from(BUILT_IN).map(load_arm),
+        st.sampled_from(ARMS),
         st.integers(0, 2**32 - 1),
     ),
 )
@@ -50,6 +52,7 @@ class Solved:
         self.c = composite.gravity_loading(arm, moments)
 
 
+@explicitly(ARMS, states=6)
 @examples(40)
 @given(every_arm)
 def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
@@ -64,6 +67,7 @@ def test_inertia_of_each_effect_is_symmetric_and_positive_semidefinite(case):
         assert smallest >= -solved.n * solved.bounds["inertia"]
 
 
+@explicitly(ARMS, states=6)
 @examples(40)
 @given(every_arm)
 def test_symmetries_and_contractions_of_the_christoffel(case):
@@ -83,6 +87,7 @@ def test_symmetries_and_contractions_of_the_christoffel(case):
     np.testing.assert_array_equal(doubled.h, 4 * solved.h)  # exact in binary
 
 
+@explicitly(ARMS, states=6)
 @examples(15)
 @given(every_arm)
 def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect(case):
@@ -99,6 +104,7 @@ def test_lagrange_euler_gives_the_same_inertia_christoffel_and_gravity_by_effect
     assert np.abs(solved.c - gradient).max() <= 2 * solved.bounds["gravity_loading"]
 
 
+@explicitly(ARMS, states=6)
 @examples(40)
 @given(every_arm)
 def test_derivative_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effect(case):
@@ -114,6 +120,7 @@ def test_derivative_of_inertia_less_twice_coriolis_matrix_is_skew_for_each_effec
     assert np.abs(skew + skew.swapaxes(1, 2)).max() <= tolerance
 
 
+@explicitly(ARMS, states=6)
 @examples(40)
 @given(every_arm)
 def test_power_balance(case):
@@ -147,6 +154,7 @@ def test_energies_are_those_of_pinocchios_inertia_and_of_the_transforms(case):
     assert np.abs(difference).max() <= 2 * bounds["gravity_loading"]
 
 
+@explicitly(ARMS, states=6, i=1, seed=0)
 @examples(40)
 @given(every_arm, st.integers(0, 7), st.integers(0, 2**32 - 1))
 def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
@@ -160,6 +168,7 @@ def test_inertia_does_not_depend_on_the_joints_below(case, i, seed):
     assert np.abs(solved.inertia[:, i, i:] - other.inertia[:, i, i:]).max() <= tolerance
 
 
+@explicitly(ARMS, states=6)
 @examples(40)
 @given(every_arm)
 def test_the_texts_terms_sum_to_h_and_vanish_where_they_must(case):

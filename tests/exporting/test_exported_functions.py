@@ -14,7 +14,7 @@ from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model
-from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.exporting.c import in_strides
 from gd_analyze.exporting.export import CLASSES
 from gd_analyze.exporting.export_input import FURTHER, ExportInput, Function, Output
@@ -31,6 +31,7 @@ from gd_analyze.tables import with_payload
 from gd_analyze.types import ExactDynamics, ExactForm, Placement
 from long_cases import long, long_but
 from made_models import ROUND_OFF
+from recordings import recorded
 from rounded_programs import PAYLOAD, given_of, slope
 from strategies import random_inertia
 
@@ -320,14 +321,56 @@ def test_sympys_functions_refuse_what_is_no_state(two_link):
         gravity([0.0, 0.0, 0.0])
 
 
-def test_friction_is_that_of_the_drives(puma, two_link):
+def test_friction_is_that_of_the_drives(puma):
     what = ExportInput.of_exact(ExactForm(puma)).with_functions(["friction"])
     drawn = gd.tables.states_in_box(puma, 100)
     still = gd.types.States(drawn.q, np.where(drawn.q > 0.0, drawn.qd, 0.0), drawn.qdd)
     wanted = viscous_coefficients(puma) * still.qd + coulomb_friction(puma, still.qd)
     assert_close(values(what, still)["tau_friction"], wanted)
-    with pytest.raises(ArmError, match="describes no drives"):
-        gd.export(two_link, "c", what=["friction"])
+
+
+@pytest.mark.parametrize(
+    ("friction", "levels"), [((3.0, 1.5, 0.5), (3.5, -2.5)), ((1.0, 0.5, 2.0), (3.0, 0.0))]
+)
+def test_fitted_friction_is_exported(two_link, tmp_path, friction, levels):
+    """From the model, and from what is read of its file again; an offset that would drive is the sensor's."""
+    findings = gd.analyze(
+        two_link, recorded(two_link, friction=friction), fit_friction=True, at_set_points=True
+    )
+    gd.save_model(findings.model, tmp_path / "model.json")
+    qd = np.random.default_rng(0).uniform(-2.0, 2.0, (50, 2))
+    drawn = gd.types.States(np.zeros_like(qd), qd, np.zeros_like(qd))
+    wanted = np.where(qd > 0.0, *levels) + friction[1] * qd
+    for model in (findings.model, gd.load_model(tmp_path / "model.json")):
+        torque = values(ExportInput.of_model(model).with_functions(["friction"]), drawn)["tau_friction"]
+        # The log has no noise: least squares of 500 readings, with a condition of some tens.
+        np.testing.assert_allclose(torque, wanted, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("drives", [(), (gd.types.Drive(inertia=0.1),) * 2])
+def test_friction_that_nobody_states_is_refused(two_link, drives):
+    with pytest.raises(UsageError) as caught:
+        gd.export(replace(two_link, drives=drives), "c", what=["friction"])
+    assert caught.value.details["where"] == "what friction"
+    assert "--fit-friction" in caught.value.details["next"]
+
+
+@pytest.mark.parametrize("seen", ["gamma", "eigenvalue"])
+def test_forward_dynamics_need_a_d_that_can_be_divided_by(two_link, seen):
+    """A model that keeps nothing of D but a coupling; and one that states a gamma of 1 or more."""
+    exact = ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 50))
+    model = exactly(exact, HARMONIC_LEVELS["term"], exact.peak_torque, "100%")
+    if seen == "gamma":
+        model = model.stating(replace(model.accuracy, gamma=1.24))
+    else:
+        coupling = {
+            t: w for t, w in model.terms.items() if t.quantity == "inertia" and t.row == 0 and t.monomial
+        }
+        model = replace(model, terms=coupling, program=model.level.write(model.form, coupling, ROUGH))
+    with pytest.raises(ModelError) as caught:
+        ExportInput.of_model(model).with_functions(["forward"])
+    assert seen in caught.value.details["found"]
+    ExportInput.of_model(model).with_functions(["derivatives"])
 
 
 def test_functions_beside_the_torque_are_asked_for_by_name(two_link):

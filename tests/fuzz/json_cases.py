@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import tempfile
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -18,7 +17,7 @@ from tree_changes import TREE_CHANGES
 
 from gd_analyze import load_arm, load_model, save_model, simplify
 from gd_analyze.operations.program import plain_program
-from gd_analyze.robots.description import arm_from_description, fingerprint
+from gd_analyze.robots.description import arm_from_description
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.types import LEVELS, ExactForm, SimplifiedModel
 from made_models import exact_model, signed
@@ -51,7 +50,7 @@ def _signed(text: str) -> str:
 
 
 def _reconciled(random: Random, document: Any) -> Any:
-    """The same, but program, operations and fingerprint follow from arm and terms, if they can."""
+    """The same, but the program follows from arm and terms, if they can."""
     with suppress(Exception):  # whatever damage does to functions that are given it unchecked
         level = LEVELS[document["level"]]
         form = ExactForm(arm_from_description(document["arm"]), document["drives"])
@@ -61,8 +60,6 @@ def _reconciled(random: Random, document: Any) -> Any:
         return document | {
             "steps": steps,
             "outputs": outputs,
-            "operations": asdict(program.count),
-            "arm_fingerprint": fingerprint(form.arm, form.drives),
         }
     return document
 

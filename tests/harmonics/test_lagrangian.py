@@ -18,7 +18,7 @@ from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.tables import decompose_states, harmonics_of
 from gd_analyze.types import Drive, RobotArm
 from harmonic_arms import states_of, tolerances
-from parallel_axes import arms_with_runs, scara
+from parallel_axes import arms_with_runs, of_every_turn, scara
 from strategies import States, arms, examples, two_link_of
 
 BUILT_IN = ("puma560", "stanford", "two_link")
@@ -86,6 +86,7 @@ def test_built_in_arms(name):
     assert_exact(load_arm(name), 1, 50)
 
 
+@of_every_turn(seed=1, driven=True)
 @examples(20)
 @given(arms(max_joints=4) | arms_with_runs(max_joints=4), st.integers(0, 2**32 - 1), st.booleans())
 def test_arms_of_every_make_with_parallel_axes_and_drives(arm, seed, driven):

@@ -18,7 +18,7 @@ from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.tables import decompose_states, harmonics_of
 from harmonic_arms import states_of, tolerances
-from parallel_axes import arm_of, arms_with_runs
+from parallel_axes import arm_of, arms_with_runs, of_every_turn
 from strategies import arms, examples, two_link_of
 
 BUILT_IN = ("puma560", "stanford", "two_link")
@@ -57,6 +57,7 @@ def test_built_in_arms(built_in):
     assert_exact(built_in, 1, 50)
 
 
+@of_every_turn(seed=1)
 @examples(50)
 @given(arms(max_joints=5) | arms_with_runs(max_joints=5), st.integers(0, 2**32 - 1))
 def test_arms_of_every_make_and_with_parallel_axes(arm, seed):

@@ -10,10 +10,10 @@ import pytest
 
 from gd_analyze.cache import without_cache
 from gd_analyze.operations import sharing
-from gd_analyze.simplification.kept_program import kept_program
-from gd_analyze.simplification.torque_program import program_of_terms
+from gd_analyze.simplification.kept_program import kept_programs
+from gd_analyze.simplification.torque_program import _program_of_terms
 
-# Of 400 and 500.
+# Of 400.
 _TRIES = 10
 
 
@@ -25,9 +25,7 @@ def few_tries() -> Iterator[None]:
     torques and saves operations is tested with the operations, and of exact programs with the levels.
     """
     with pytest.MonkeyPatch.context() as patch, without_cache():
-        few = replace(
-            sharing.SHARING_SETTINGS, most_tries_of_polynomials=_TRIES, most_tries_of_program=_TRIES
-        )
+        few = replace(sharing.SHARING_SETTINGS, most_tries_of_program=_TRIES)
         patch.setattr(sharing, "SHARING_SETTINGS", few)
         forget()
         yield
@@ -36,5 +34,5 @@ def few_tries() -> Iterator[None]:
 
 def forget() -> None:
     """Let every program be written again."""
-    kept_program.cache_clear()
-    program_of_terms.cache_clear()
+    kept_programs.cache_clear()
+    _program_of_terms.cache_clear()

@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from hypothesis import strategies as st
 
 import published_arms
 from gd_analyze.types import Joint, Link, Placement, RobotArm
-from strategies import random_inertia, random_rotation
+from strategies import explicitly, random_inertia, random_rotation
+
+# How a joint may stand to the one before.
+TURNS = ("same", "opposite", "askew", "slides", "slides along", "slides across")
+
+
+def of_every_turn(*, states: int = 0, **others: Any) -> Callable[[Any], Any]:
+    """Two arms that have every turn between them, beside those drawn; `others` are further arguments.
+
+    The argument is `arm`, or with a number of states `case`, the arm and states.
+    """
+    rng = np.random.default_rng(7)
+    chains = (["same", "opposite", "askew", "same"], ["slides", "slides along", "same", "slides across"])
+    return explicitly([arm_of(list(turns), rng) for turns in chains], states=states, **others)
 
 
 @st.composite
@@ -17,7 +32,7 @@ def arms_with_runs(draw: st.DrawFn, max_joints: int = 6) -> RobotArm:
     """Arms whose axes often are parallel, the same way or opposite, across sliding joints, too."""
     turns = draw(
         st.lists(
-            st.sampled_from(["same", "opposite", "askew", "slides", "slides along", "slides across"]),
+            st.sampled_from(TURNS),
             min_size=1,
             max_size=max_joints,
         )

@@ -7,12 +7,12 @@ askew, plain or general placements, massless links. The numbers inside come from
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hypothesis import settings
+from hypothesis import example, settings
 from hypothesis import strategies as st
 
 from gd_analyze import Trajectory
@@ -59,22 +59,36 @@ def random_states(n: int, count: int, seed: int) -> States:
     return States(q, rng.uniform(-3, 3, (count, n)), rng.uniform(-10, 10, (count, n)), drawn)
 
 
+def explicitly(arms: Iterable[RobotArm], *, states: int = 0, **others: Any) -> Callable[[Any], Any]:
+    """Try these arms beside those drawn; the argument is `arm`, or `case`, the arm with so many states."""
+
+    def decorated(function: Any) -> Any:
+        for arm in arms:
+            case = {"case": (arm, random_states(arm.n_joints, states, 1))} if states else {"arm": arm}
+            function = example(**case, **others)(function)
+        return function
+
+    return decorated
+
+
 @st.composite
 def arms(draw: st.DrawFn, max_joints: int = 8, massive: bool = False, revolute: bool = False) -> RobotArm:
-    """Arms of 1 to `max_joints` joints; `massive` ones have mass and inertia in every link."""
+    """Arms of 1 to `max_joints` joints; `massive` ones have mass and inertia in every link.
+
+    Kind, placement, axis and mass are drawn joint by joint: a few arms have all of them, and side by side.
+    """
     kinds = st.just("revolute") if revolute else st.sampled_from(["revolute", "prismatic"])
-    joint_kinds = draw(st.lists(kinds, min_size=1, max_size=max_joints))
+    masses = st.just(False) if massive else st.sampled_from([False, False, True])
+    makes = st.tuples(kinds, st.booleans(), st.booleans(), masses)
+    drawn = draw(st.lists(makes, min_size=1, max_size=max_joints))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    general = draw(st.booleans())
-    askew = draw(st.booleans())
     joints, links = [], []
-    for i, kind in enumerate(joint_kinds):
+    for i, (kind, general, askew, massless) in enumerate(drawn):
         axis = rng.normal(size=3) if askew else np.array([0.0, 0.0, 1.0])
         before = Placement(random_rotation(rng), rng.uniform(-0.5, 0.5, 3)) if general else Placement()
         quarter = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
         turned = random_rotation(rng) if general else quarter if rng.random() < 0.5 else np.eye(3)
         behind = Placement(turned, rng.uniform(-0.5, 0.5, 3))
-        massless = not massive and draw(st.integers(0, 4)) == 0
         size = max(0.1, float(np.linalg.norm(behind.translation)))
         com = random_rotation(rng)[0] * rng.uniform(0, 1) * size
         mass = 0.0 if massless else rng.uniform(0.5, 3.0)

@@ -25,10 +25,8 @@ def arrays(n: int, rows: int = 50) -> dict[str, np.ndarray]:
     return {role: rng.normal(size=(rows, n)) for role in ("q", "qd", "qdd", "torque")}
 
 
-@given(
-    couple=st.sampled_from(["q3=q3-q2", "q3=q2+q3", "q2=0.5*q1-q2", "q1=2*q1"]),
-    signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=6, max_size=6),
-)
+@pytest.mark.parametrize("couple", ["q3=q3-q2", "q3=q2+q3", "q2=0.5*q1-q2", "q1=2*q1"])
+@given(signs=st.lists(st.sampled_from([-1.0, 1.0]), min_size=6, max_size=6))
 def test_power_stays(puma, couple, signs):
     """Coupled and reversed joints do the same work."""
     logged = arrays(6)
@@ -54,7 +52,7 @@ def test_each_does_what_it_says(puma):
     assert np.array_equal(corrected["torque"][:, 1], logged["torque"][:, 1] + logged["torque"][:, 2])
 
 
-@given(lag=st.sampled_from(["4ms", "-20ms", "0.03s", "2000us"]))
+@pytest.mark.parametrize("lag", ["4ms", "-20ms", "0.03s", "2000us"])
 def test_late_torques_come_earlier(puma, lag):
     """A line is shifted exactly; beyond the log's ends there is nothing."""
     time = np.arange(0.0, 2.0, 0.01)

@@ -246,12 +246,14 @@ def test_a_jump_across_a_gap_is_no_contradiction():
     assert "57.3 times" in contradictions(T, q, np.degrees(SQD), SQDD, gaps)[0]
 
 
+@pytest.mark.parametrize(
+    ("profile", "vias"),
+    [(name, vias) for name in sorted(PROFILES) for vias in PROFILES[name].via_counts or range(5)],
+)
 @given(data=st.data())
-@examples(60)
-def test_planned_motions_are_not_suspected(data):
+@examples(4)
+def test_planned_motions_are_not_suspected(profile, vias, data):
     """However coarse the set points, near each other the vias, and steep the movements between."""
-    profile = data.draw(st.sampled_from(sorted(PROFILES)))
-    vias = data.draw(st.sampled_from(PROFILES[profile].via_counts or tuple(range(5))))
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
     knots = rng.uniform(-3, 3, (vias + 2, 3)) * rng.choice([0.0, 0.01, 1.0], 3)
     duration = data.draw(st.floats(0.1, 100))

@@ -5,21 +5,22 @@ from __future__ import annotations
 import math
 from random import Random
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.sharing import factored, shared_sums
+from gd_analyze.operations.sharing import factored, rewritten, shared_sums
 from gd_analyze.operations.sums import Sums
 from gd_analyze.operations.trace import Trace
 from strategies import examples
 
-# C and S lie on a circle, so that rearranging may write either square with the other.
+# C and S are of one angle, so that rearranging may write either square with the other.
 NAMES = ("a", "b", "d", "C", "S")
 VALUES = {"a": 2.0, "b": -3.0, "d": 0.5, "C": math.cos(0.7), "S": math.sin(0.7)}
-CIRCLES = {"C": "S", "S": "C"}
+INPUTS = {"qd1": VALUES["a"], "qd2": VALUES["b"], "qd3": VALUES["d"], "q1": 0.7}
 
 # Ratios of coefficients count as equal within 1e-12, and a term passes through a few of them.
 ROUND_OFF = 1e-11
@@ -35,8 +36,16 @@ polynomials = st.lists(
 )
 
 
-def ways(given_polynomials, tries: int = 30):
-    return list(shared_sums(given_polynomials, CIRCLES, tries))
+def program_of(values) -> Program:
+    """The program that some values of the variables make."""
+    trace = Trace()
+    angle, *moving = (trace.record("input", name) for name in ("q1", "qd1", "qd2", "qd3"))
+    variables = dict(zip("abd", moving, strict=True)) | {"C": angle.cos(), "S": angle.sin()}
+    return Program.of(trace, values(variables.__getitem__))
+
+
+def rearranged(given_polynomials) -> Program:
+    return rewritten(program_of(shared_sums(given_polynomials).values))
 
 
 def naive_operations(polynomial) -> int:
@@ -47,20 +56,21 @@ def naive_operations(polynomial) -> int:
 
 def traced(values) -> int:
     """Operations of the program that some values of the variables make."""
-    trace = Trace()
-    inputs = {name: trace.inputs(name, 1)[0, 0] for name in NAMES}
-    return Program.of(trace, values(inputs.__getitem__)).count.total
+    return program_of(values).count.total
 
 
 def operations(*given_polynomials) -> int:
-    return ways(given_polynomials, 300)[-1].operations
+    return rearranged(given_polynomials).count.total
 
 
 @examples(60)
 @given(polynomials)
 def test_the_values_are_those_of_the_sums(given_polynomials):
     nested = [factored(polynomial, VALUES.__getitem__) for polynomial in given_polynomials]
-    for values in (nested, *(sums.values(VALUES.__getitem__) for sums in ways(given_polynomials))):
+    shared = shared_sums(given_polynomials).values(VALUES.__getitem__)
+    inputs = {name: np.array([value]) for name, value in INPUTS.items()}
+    run = rearranged(given_polynomials).run(inputs)[:, 0]
+    for values in (nested, shared, run):
         for found, polynomial in zip(values, given_polynomials, strict=True):
             parts = [c * math.prod(VALUES[name] for name in names) for names, c in polynomial.items()]
             assert abs(found - math.fsum(parts)) <= ROUND_OFF * math.fsum(map(abs, parts))
@@ -69,20 +79,19 @@ def test_the_values_are_those_of_the_sums(given_polynomials):
 @examples(60)
 @given(polynomials)
 def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_polynomials):
-    extracted, rearranged = ways(given_polynomials)
-    assert rearranged.operations <= extracted.operations
+    extracted = shared_sums(given_polynomials)
+    assert operations(*given_polynomials) <= traced(extracted.values)
     assert extracted.operations <= sum(map(naive_operations, given_polynomials))
     for polynomial in given_polynomials:
         assert traced(lambda value, p=polynomial: [factored(p, value)]) <= naive_operations(polynomial)
     # A trace may know still more to be equal; turning a difference round can cost it one operation.
-    for sums in (extracted, rearranged):
-        turned = {
-            product
-            for terms in sums.definitions.values()
-            for product, c in terms.items()
-            if c == -1.0 and len(product) == 1 and product[0] in sums.definitions
-        }
-        assert traced(sums.values) <= sums.operations + len(turned)
+    turned = {
+        product
+        for terms in extracted.definitions.values()
+        for product, c in terms.items()
+        if c == -1.0 and len(product) == 1 and product[0] in extracted.definitions
+    }
+    assert traced(extracted.values) <= extracted.operations + len(turned)
 
 
 @pytest.mark.parametrize(

@@ -131,10 +131,16 @@ def test_named_budgets_are_stops_of_the_slider(puma_findings: Findings) -> None:
     assert [button["aria-pressed"] for button in buttons].count("true") == 1
     words = " ".join(page.text.split())
     for row in stops.to_dataframe().itertuples():
-        assert f"{row.terms} terms; D, h, c in {row.operations}, torque in {row.operations_torque};" in words
+        apart = f"D, h, c in {row.operations} and {row.sines_cosines} sin, cos"
+        torque = f"torque in {row.operations_torque} and {row.sines_cosines_torque}"
+        assert f"{row.terms} terms; {apart}; {torque};" in words
         # The position is that of the named budget's own model.
         kept = budgets.isel(position=row.position)
         assert (int(kept.operations_apart), int(kept.kept.sum())) == (row.operations, row.terms)
+        assert (int(kept.sines_cosines_apart), int(kept.sines_cosines)) == (
+            row.sines_cosines,
+            row.sines_cosines_torque,
+        )
         assert row.budget == str(kept.budget.values)
         assert 0.0 < row.proven_share <= 1.0
 

@@ -18,7 +18,6 @@ from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import POINT
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import default_folder
 from gd_analyze.tables import with_payload
@@ -89,9 +88,13 @@ def test_the_budget_holds_near_the_motion(puma_findings):
     assert (tube.tube_certified.values <= model.accuracy.allowed).all()
     assert tube.attrs["tried"] == 0
     headline = run_headline(puma_findings)
-    torque = f"torque in {model.operations.total} instead of 284."
-    apart = sum(program.count.total for program in model.functions)
-    assert headline.startswith(f"D, h and c in {apart} operations instead of 397; {torque}")
+    exact, torque = (
+        model.form.functions.operations,
+        f"torque in {model.operations.pair} instead of 284 and 10.",
+    )
+    assert exact.total <= 359
+    apart = model.functions.operations.in_words
+    assert headline.startswith(f"D, h and c in {apart} instead of {exact.pair}; {torque}")
     assert headline.endswith("(proven).")
 
 
@@ -173,7 +176,7 @@ def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
     exact = gd.types.ExactDynamics.of(puma, pick_and_place, True)
-    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False))
 
 
 def test_errors_are_in_the_terms_of_the_budget(of_budget):

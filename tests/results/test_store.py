@@ -16,6 +16,7 @@ import xarray as xr
 from gd_analyze import load_findings
 from gd_analyze.results.hdf5 import OF_SCALES
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
+from gd_analyze.simplification.accuracy import PROVEN, STATED
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.tables import load_results, save_results
 from long_cases import long
@@ -44,7 +45,10 @@ def test_findings_come_back(which, request, tmp_path):
     assert (read.warnings, read.provenance) == (found.warnings, found.provenance)
     assert read.trajectory.motions == found.trajectory.motions
     assert read.trajectory.fingerprint == found.trajectory.fingerprint
-    for findings, folder in ((found, tmp_path / "found"), (read, tmp_path / "read")):
+    # But for what is said of bounds that a file states.
+    assert (found.proof, read.proof) == (PROVEN, STATED)
+    proven = dataclasses.replace(read, proof=found.proof)
+    for findings, folder in ((found, tmp_path / "found"), (proven, tmp_path / "read")):
         write_findings(findings, folder, ("h5", "json", "csv", "html"))
     for path in (tmp_path / "found").iterdir():
         assert path.read_bytes() == (tmp_path / "read" / path.name).read_bytes(), path.name

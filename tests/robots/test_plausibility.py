@@ -306,7 +306,7 @@ def test_a_payload_does_not_accuse_its_link(puma):
 
 @pytest.mark.parametrize("payload", [None, 0.01])
 def test_a_slip_is_reported_once_by_the_main_job(tmp_path, payload):
-    """By reading, by what is made of the arm, and by the main job: the same sentences."""
+    """By reading the arm, and by the main job, that of what is made of it: the same sentences."""
     text = gd.builtin_arms()["two_link"].read_text(encoding="utf-8")
     path = tmp_path / "own.toml"
     path.write_text(text.replace("zz = 0.083", "zz = 0.085"), encoding="utf-8")
@@ -315,6 +315,8 @@ def test_a_slip_is_reported_once_by_the_main_job(tmp_path, payload):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         arm = arm if payload is None else with_payload(arm, payload, [0.01, 0.0, 0.0])
+    with pytest.warns(GdAnalyzeWarning) as heard:
         findings = gd.analyze(arm, "two-link-swing")
-    assert list(findings.warnings) == [str(warning.message) for warning in caught]
+    for told in (caught, heard):
+        assert list(findings.warnings) == [str(warning.message) for warning in told]
     assert len(findings.warnings) == 1

@@ -22,7 +22,6 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_file import document_of
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import POINT
 from gd_analyze.tables import states_in_box
 from gd_analyze.types import Budget, ExactDynamics
 from made_models import signed
@@ -141,7 +140,7 @@ def test_what_is_printed_can_be_read_back(entries):
 @pytest.fixture(scope="module")
 def of_budget(puma, pick_and_place):
     exact = gd.types.ExactDynamics.of(puma, pick_and_place)
-    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
+    return lambda budget: simplify_exact(exact, budget, SearchOptions(thorough=False))
 
 
 @pytest.mark.parametrize("budget", ["1%", "1%,1%,1%,0.1,0.1,0.1"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,7 +15,7 @@ from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import ExactForm, States
 from made_models import ROUND_OFF
-from parallel_axes import arms_with_runs
+from parallel_axes import arms_with_runs, of_every_turn
 from strategies import arms, examples, random_states
 
 
@@ -28,12 +29,10 @@ def scale_of(effects: Effects, exact: FloatArray) -> float:
     return max(float(np.abs(effects.dense()).sum(axis=0).max(initial=0.0)), float(np.abs(exact).max()))
 
 
-@examples(25)
-@given(
-    st.one_of(arms(max_joints=4), arms_with_runs(max_joints=5)),
-    st.integers(0, 2**32 - 1),
-    st.sampled_from([TERM, ENERGY]),
-)
+@pytest.mark.parametrize("level", [TERM, ENERGY])
+@of_every_turn(seed=1)
+@examples(16)
+@given(arm=st.one_of(arms(max_joints=4), arms_with_runs(max_joints=5)), seed=st.integers(0, 2**32 - 1))
 def test_all_terms_together_are_the_torque(arm, seed, level):
     states = random_states(arm.n_joints, 7, seed)
     effects = effects_of(arm, level, states)
@@ -54,11 +53,12 @@ def test_drives_are_terms_of_the_inertia(puma, pick_and_place):
         assert np.abs(total - exact).max() <= ROUND_OFF * scale_of(effects, exact)
 
 
-@examples(15)
+@pytest.mark.parametrize("level", [TERM, ENERGY])
+@of_every_turn(seed=1)
+@examples(8)
 @given(
-    st.one_of(arms(max_joints=3, massive=True), arms_with_runs(max_joints=4)),
-    st.integers(0, 2**32 - 1),
-    st.sampled_from([TERM, ENERGY]),
+    arm=st.one_of(arms(max_joints=3, massive=True), arms_with_runs(max_joints=4)),
+    seed=st.integers(0, 2**32 - 1),
 )
 def test_parts_of_them_are_what_the_whole_says(arm, seed, level):
     rng, states, form = np.random.default_rng(seed), random_states(arm.n_joints, 5, seed), ExactForm(arm)

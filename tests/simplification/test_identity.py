@@ -26,7 +26,7 @@ from gd_analyze.harmonics.identity import (
 from gd_analyze.operations.program import Program, plain_program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.simplification import exact
-from gd_analyze.simplification.kept_program import kept_program
+from gd_analyze.simplification.kept_program import kept_programs
 from gd_analyze.types import ExactForm, States
 from strategies import arms, examples
 
@@ -131,11 +131,11 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
     """Nothing is wrong at the states that earlier versions looked at, nor in the number of operations."""
     arm = replace(two_link, name="another")  # whose program is not shipped
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
-    kept_program.cache_clear()
+    kept_programs.cache_clear()
     honest = ExactForm(arm).program
     (entry,) = tmp_path.iterdir()
     name = entry.name.removesuffix(".gd.json")
-    assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
+    assert cache.kept(name) == json.loads(json.dumps([plain_program(honest)]))
     trace = Trace()
     q2 = trace.inputs("q", 2)[1, 0]
     value, wave = honest.folded(trace, {}), 1.0
@@ -143,19 +143,19 @@ def test_a_forged_entry_of_the_cache_is_written_anew(two_link, tmp_path, monkeyp
         wave = wave * np.sin(q2 - float(known))
     forged = Program.of(trace, [value(x) + 0.01 * wave for x in honest.outputs])
     for bad in (forged, program_of(lambda q, qd, qdd: 0.0 * q[0] + qd[0] * qd[1] * qd[2])):
-        cache.keep(name, plain_program(bad))
-        kept_program.cache_clear()
+        cache.keep(name, [plain_program(bad)])
+        kept_programs.cache_clear()
         again = ExactForm(arm).program
         assert plain_program(again) == plain_program(honest)
-        assert cache.kept(name) == json.loads(json.dumps(plain_program(honest)))
+        assert cache.kept(name) == json.loads(json.dumps([plain_program(honest)]))
     # One that computes the same in more operations than the recursion would make savings look larger.
     trace = Trace()
     value, spare = honest.folded(trace, {}), 0.0
     for k, input_ in enumerate(trace.inputs("q", 2)[:, 0]):
         for j in range(60):
             spare = spare + np.sin(input_ + (1.0 + j + 100.0 * k))
-    cache.keep(name, plain_program(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs])))
-    kept_program.cache_clear()
+    cache.keep(name, [plain_program(Program.of(trace, [value(x) + 1e-30 * spare for x in honest.outputs]))])
+    kept_programs.cache_clear()
     assert ExactForm(arm).program.count == honest.count
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +20,14 @@ from gd_analyze import Trajectory, load_model, save_model
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import TooLongError
-from gd_analyze.operations.program import plain_program, read_back
+from gd_analyze.operations.program import plain_program
 from gd_analyze.simplification import model_claims, model_file
-from gd_analyze.simplification.harmonic import ENERGY
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import COUNTING, POINT, ROUGH, THOROUGH
+from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH
 from gd_analyze.studies.proof import proven_again
 from gd_analyze.tables import states_in_box, states_of
 from gd_analyze.types import LEVELS, ExactForm, SimplifiedModel, States
@@ -85,8 +86,9 @@ def refused(path: Path) -> ModelError:
     return caught.value
 
 
-@examples(7)
-@given(arms_with_states(max_joints=4), st.sampled_from(list(LEVELS.values())))
+@pytest.mark.parametrize("level", LEVELS.values(), ids=str)
+@examples(3)
+@given(case=arms_with_states(max_joints=4))
 def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
     arm, states = case
     model = exact_model(arm, level=level)
@@ -103,9 +105,43 @@ def test_a_searched_one_comes_back(shipped, path, swing):
     assert again.accuracy.steps == shipped.accuracy.steps != ()
 
 
+# A model that saves nothing is the exact one, whose D, h and c are programs of their own.
+BUDGETS = ("10%", "1%", "0.01%")
+QUICK = SearchOptions(thorough=False, effort=0.01)
+
+
+@pytest.mark.parametrize("where", ["motion", "limits"])
+@pytest.mark.parametrize(
+    "name",
+    ["two_link", *(pytest.param(name, marks=pytest.mark.slow) for name in ("scara", "stanford", "puma560"))],
+)
+def test_every_model_that_is_written_is_read(name, where, tmp_path):
+    """Of all shipped arms, levels and budgets; what follows from a file is as its writer had it."""
+    arm = gd.load_arm(name)
+    states = states_in_box(arm, 12)
+    if where == "motion":
+        box = gd.types.Box.of(arm)
+        start, end = (box.lower + share * (box.upper - box.lower) for share in (0.4, 0.6))
+        states = states_of(gd.plan(arm, start, end, 3.0, n_set_points=12))
+    exact = gd.types.ExactDynamics.of(arm, states)
+    cases = [(level, budget) for level in (TERM, ENERGY) for budget in BUDGETS] + [(ELEMENT, None)]
+    saving = set()
+    for number, (level, budget) in enumerate(cases):
+        model = simplify_exact(exact, budget, replace(QUICK, level=level))
+        saving.add(model.saves)
+        path = tmp_path / f"{number}.json"
+        save_model(model, path)
+        again = load_model(path)
+        assert_same(model, again, states)
+        for stated, read in zip(model.functions, again.functions, strict=True):
+            assert plain_program(stated) == plain_program(read)
+        assert (again.saves, again.is_exact) == (model.saves, model.is_exact)
+    assert False in saving
+
+
 def of_puma(motion, budget: str) -> SimplifiedModel:
     exact = gd.types.ExactDynamics.of("puma560", motion)
-    return simplify_exact(exact, budget, SearchOptions(thorough=False, writing=POINT))
+    return simplify_exact(exact, budget, SearchOptions(thorough=False))
 
 
 @pytest.mark.parametrize(
@@ -201,7 +237,6 @@ def cosine(*multiples: int, power: int = 1, kind: str = "cos") -> Callable[[Docu
     return change
 
 
-COUNTED = ("multiplications", "additions", "sines_cosines")
 # Each change fits the types, or nearly, and the digest is set right again.
 CONTRADICTIONS = {
     "a term less": lambda d: d["terms"].pop(),
@@ -222,14 +257,9 @@ CONTRADICTIONS = {
     "not finite": at("errors 0 rms_error", float("nan")),
     "errors too few": lambda d: d["errors"].pop(),
     "errors of other joints": lambda d: d["errors"].reverse(),
-    "fewer operations": at("operations additions", 1),
-    "fewer operations of D": at("operations_apart inertia additions", 0),
-    "operations of h, c and nothing": lambda d: d["operations_apart"].pop("inertia"),
-    "operations of more than D, h and c": at("operations_apart torque", dict.fromkeys(COUNTED, 1)),
+    "operations, which follow": at("operations", 1),
     "a negative gamma": at("gamma", -0.1),
     "gamma in words": at("gamma", "below 1"),
-    "changed gravity": at("arm gravity 1", -1.6),
-    "another arm's fingerprint": at("arm_fingerprint", "0" * 64),
     "states of nothing": at("fitted_on", {"moon": "full"}),
     "a term twice": lambda d: d["terms"].append(d["terms"][0]),
     "another row": at("terms 0 row", 2),
@@ -382,9 +412,6 @@ class Steps:
         step, steps = [operation, *arguments], self.document["steps"]
         if step not in steps:
             steps.append(step)
-            kind = {"multiply": "multiplications", "cos": "sines_cosines", "sin": "sines_cosines"}
-            if operation != "input":
-                self.document["operations"][kind.get(operation, "additions")] += 1
         return f"s{steps.index(step)}"
 
 
@@ -432,17 +459,8 @@ def with_added(model: SimplifiedModel, path: Path, what: Callable[[Steps], str])
     def change(document: Document) -> None:
         step = Steps(document)
         document["outputs"][0] = step("add", what(step), document["outputs"][0])
-        document["operations_apart"] = apart_of(document, model)
 
     return changed(model, path, change)
-
-
-def apart_of(document: Document, model: SimplifiedModel) -> Document:
-    """Operations of D, h and c as functions, where they follow from the steps of a document."""
-    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(model.arm.n_joints)}
-    program = read_back(document["steps"], document["outputs"], inputs)
-    functions = replace(model, program=program).functions
-    return {name: asdict(each.count) for name, each in functions._asdict().items()}
 
 
 ELSE = [a_high_power, nothing_at_known_states, a_small_term, a_term_lost_in_rounding, an_overflow]
@@ -521,8 +539,6 @@ OF_PROGRAM = {
     "a velocity": (a_velocity, "steps"),
     "an output less": (lambda d: d["outputs"].pop(), "steps"),
     "an output more": (lambda d: d["outputs"].append(0.0), "steps"),
-    "fewer operations": (at("operations multiplications", 1), "operations"),
-    "fewer operations of D": (at("operations_apart inertia additions", 0), "operations_apart"),
     "another number": (constant(1, 0.123), "joint"),
     "a term": (lambda d: d["terms"].append({}), ""),
     "a term of another level": (at("terms", [{"i": 0, "j": 0, "factors": [], "coefficient": 1.0}]), ""),
@@ -558,7 +574,9 @@ def test_a_certificate_comes_back_and_is_proven_again(request, path, which):
     model = request.getfixturevalue(which)
     save_model(model, path)
     again = load_model(path)
-    for name, value in vars(model.accuracy.certificate).items():
+    assert (model.accuracy.certificate.proven_here, again.accuracy.certificate.proven_here) == (True, False)
+    stated = replace(model.accuracy.certificate, proven_here=False)
+    for name, value in vars(stated).items():
         np.testing.assert_array_equal(getattr(again.accuracy.certificate, name), value)
     result, holds = proven_again(again)
     assert holds
@@ -621,12 +639,12 @@ def test_a_certificate_that_cannot_be_is_refused(request, path, which, change, w
 
 @pytest.mark.parametrize("which", ["certified", "around"])
 @pytest.mark.parametrize("words", ["every state", "the arm's limits", "9° of swing"])
-def test_words_name_no_other_states_than_the_numbers(request, path, which, words):
+def test_words_of_the_states_follow_from_the_numbers(request, path, which, words):
     model = request.getfixturevalue(which)
     if model.accuracy.certificate.where == words:
         words = "the box"
     forged = changed(model, path, lambda document: document["certificate"].update(where=words))
-    assert refused(forged).details["where"] == f"{forged}: where of certificate"
+    assert refused(forged).details["where"] == f"{forged}: certificate.where"
 
 
 def test_words_are_no_certificate(own, path):
@@ -643,13 +661,10 @@ def test_a_certificate_is_about_its_own_motion(two_link, around, path, swing):
         proven_again(exact_model(two_link))
 
 
-@examples(12)
-@given(
-    arms(max_joints=4),
-    st.sampled_from([LEVELS["term"], LEVELS["energy"]]),
-    st.sampled_from([ROUGH, COUNTING, THOROUGH]),
-    st.integers(0, 2**32 - 1),
-)
+@pytest.mark.parametrize("level", [LEVELS["term"], LEVELS["energy"]], ids=str)
+@pytest.mark.parametrize("effort", [ROUGH, COUNTING, FINAL])
+@examples(3)
+@given(arm=arms(max_joints=4), seed=st.integers(0, 2**32 - 1))
 def test_what_the_tool_writes_fits_however_it_is_written(arm, level, effort, seed):
     random = np.random.default_rng(seed)
     form = ExactForm(arm)

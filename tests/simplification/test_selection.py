@@ -130,7 +130,13 @@ def candidates_with(choice: TermChoice, rng: np.random.Generator) -> Candidates:
     count = len(choice)
     form = ExactForm(two_link_of(1.0, 1.0, 1.0))
     candidates = Candidates(
-        TERM, form, dict.fromkeys(range(count), 1.0), choice, np.zeros(count, dtype=bool), count
+        TERM,
+        form,
+        dict.fromkeys(range(count), 1.0),
+        np.arange(count),
+        choice,
+        np.zeros(count, dtype=bool),
+        count,
     )
     level = type("Level", (), {"numbers": staticmethod(lambda *_: rng.integers(0, count, count))})()
     return dataclasses.replace(candidates, level=level)

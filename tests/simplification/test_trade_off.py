@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
 from changed_programs import fast_model, skip_searches
 from few_tries import few_tries
@@ -95,12 +94,10 @@ def test_the_path_leads_through_the_model(two_link, swing, level, refit):
     require_sound(exact, model, budget_path(exact, ONE_PERCENT, model))
 
 
-@examples(5)
-@given(
-    motions(max_joints=3, massive=True),
-    st.sampled_from(LEVELS_AND_REFITS),
-    st.sampled_from([0.001, 0.02, 0.2]),
-)
+@pytest.mark.parametrize("kind", LEVELS_AND_REFITS)
+@pytest.mark.parametrize("share", [0.001, 0.02, 0.2])
+@examples(2)
+@given(moved=motions(max_joints=3, massive=True))
 @few_tries()
 def test_of_any_arm_and_motion(moved, kind, share):
     exact, budget = ExactDynamics.of(*moved), Budget.parse(f"{100 * share:g}%")

@@ -127,7 +127,8 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
     slow = puma_study.motion
     motion = Trajectory.from_arrays(slow.time / 100.0, slow.q, 100.0 * slow.qd, 1e4 * slow.qdd, name="fast")
     settings = gd.types.ControlSettings(rates=(500.0,), speeds=(1.0,))
-    study = gd.control(puma_study.model, motion, settings, warned=("odd",))
+    with pytest.warns(gd.GdAnalyzeWarning):
+        study = gd.control(puma_study.model, motion, settings, warned=("odd",))
     assert study.feedback.is_enough
     needed = np.abs(study.arm.torque(motion.q, motion.qd, motion.qdd, drives=True)).max(axis=0)
     # Between the set points, 4 ms apart, the torque is a few percent larger.

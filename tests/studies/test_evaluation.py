@@ -36,7 +36,6 @@ def test_the_exact_model_is_off_by_round_off_alone(two_link, swing):
     for one in found.motions:
         errors = one.errors
         assert (errors.largest <= ROUND_OFF * errors.peak_torque.max()).all()
-        assert one.keeps_promise.all()
         assert one.measured is None
 
 
@@ -47,15 +46,13 @@ def test_a_model_keeps_its_promise_where_it_was_made_and_not_beyond(rough):
     np.testing.assert_array_equal(one.errors.largest, rough.accuracy.errors.largest)
     np.testing.assert_array_equal(one.most, rough.accuracy.allowed)
     assert found.passed
-    assert one.keeps_promise.all()
     judged, told = (evaluate(rough, FAST, fail_over=asked) for asked in ("promise", None))
     (one,) = told.motions
     expected = evaluate(rough, FAST).errors.largest > rough.accuracy.allowed
     assert expected.any()
-    assert one.keeps_promise.tolist() == (~expected).tolist()
     assert judged.motions[0].fails.tolist() == expected.tolist()
     assert [joint for _, joint in judged.failures] == np.flatnonzero(expected).tolist()
-    assert (judged.passed, told.passed, one.most, told.failures) == (False, True, None, ())
+    assert (judged.passed, told.passed, one.most, told.failures) == (False, None, None, ())
 
 
 def test_an_error_as_large_as_it_may_be_passes_and_its_instant_is_known(rough):
@@ -196,17 +193,15 @@ def test_as_found_one_by_one(values, gaps):
 def test_a_motion_of_which_the_model_states_nothing_is_not_judged(two_link, rough):
     """It neither passes nor fails, and a strict verdict fails it; the numbers stand beside."""
     alone, both = evaluate(rough, FAST), evaluate(rough, [SLOW, FAST])
-    assert "Passed" not in alone.verdict
-    assert alone.motions[0].passed is None
+    assert (alone.verdict, alone.passed, alone.motions[0].passed) == ("not judged", None, None)
     assert (both.passed, [one.passed for one in both.motions]) == (True, [True, None])
-    assert "1 of 2 motions" in both.verdict
-    assert "1 not judged" in both.verdict
-    assert not both.motions[1].keeps_promise.all()
+    assert "1 of 2 motions" in both.in_words
+    assert "1 not judged" in both.in_words
     assert [case.tag for case in ElementTree.fromstring(junit_xml(both)).iter("skipped")] == ["skipped"] * 2
     counts = ElementTree.fromstring(junit_xml(both)).attrib
     assert (counts["tests"], counts["failures"], counts["skipped"]) == ("4", "0", "2")
     strict = evaluate(rough, [SLOW, FAST], strict=True)
-    assert (strict.passed, strict.failures, strict.verdict[:6]) == (False, (), "Failed")
+    assert (strict.passed, strict.failures, strict.verdict) == (False, (), "failed")
     counts = ElementTree.fromstring(junit_xml(strict)).attrib
     assert (counts["failures"], counts["skipped"]) == ("2", "0")
     assert evaluate(rough, SLOW, strict=True).passed
@@ -287,7 +282,7 @@ def test_what_a_model_states_is_held_against_the_arm_as_it_is_now(two_link, swin
         assert found.passed
         assert found.motions[0].most is not None
         assert not evaluate(model, [swing], arm=heavier).passed
-        assert evaluate(model, [swing], arm=heavier, fail_over=None).passed
+        assert evaluate(model, [swing], arm=heavier, fail_over=None).passed is None
         assert evaluate(model, [FAST]).motions[0].most is None
     # Of a motion that is partly in the box that part counts.
     wider = replace(swing, qd=1.5 * swing.qd, qdd=2.0 * swing.qdd, name="wider")

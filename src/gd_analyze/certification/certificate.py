@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.error_field import ErrorField, harmonics_slack
@@ -93,10 +94,12 @@ class Certificate:
         limits = box.lower, box.upper, box.velocity, box.acceleration
         where = self.region.where, self.effort
         if tube is None or self.along is None:
-            return Proven(self.certified, *limits, *where)
+            return Proven(self.certified, *limits, *where, proven_here=True)
         worst = self.along.argmax(axis=0)
         pieces = np.stack([tube.lower[worst], tube.upper[worst]], axis=1)
-        return Proven(self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces)
+        return Proven(
+            self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces, proven_here=True
+        )
 
     @property
     def where(self) -> str:
@@ -126,6 +129,7 @@ class Certificate:
         return np.asarray(self.counting <= allowed)
 
 
+@strict
 @one_thread()
 def certify(
     model: SimplifiedModel,

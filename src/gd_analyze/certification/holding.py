@@ -21,11 +21,12 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.simplify import search_terms
 from gd_analyze.simplification.torque_program import ROUGH, Effort
 from gd_analyze.threads import one_thread
 
@@ -164,15 +165,25 @@ class _Rounds:
     stage: Callable[[str], object]
 
     def held(self, options: SearchOptions) -> Held:
-        """Fit and test until a model holds."""
-        n, allowed = self.exact.arm.n_joints, self.exact.allowed(self.budget)
-        share = np.ones(n)
+        """Fit and test until a model holds; in absolute velocities and, where it may pay, in joint ones."""
         # Within small margins errors are nearly linear, and largest at corners, few of which are that bad.
         lower, upper, weights = self.region.pieces(_SETTINGS.drawn_states, np.random.default_rng(0))
         drawn = np.random.default_rng(0).uniform(lower, upper)
         if isinstance(self.region, Tube):
             drawn = np.where(drawn < (lower + upper) / 2.0, lower, upper)
-        sample = first = self.exact.joined_by(drawn, weights)
+        sample = self.exact.joined_by(drawn, weights)
+        trials = in_worthwhile_velocities(sample, self.exact.allowed(self.budget), options)
+        outcomes = [
+            replace(self, exact=self.exact.with_form(trial.form))._from(trial, options) for trial in trials
+        ]
+        whole = [held for held in outcomes if len(held.model.terms) <= options.most_terms] or outcomes[:1]
+        best = shortest([held.model for held in whole])
+        return next(held for held in whole if held.model is best)
+
+    def _from(self, first: ExactDynamics, options: SearchOptions) -> Held:
+        """Fit and test until a model holds, beginning at first states."""
+        n, allowed, sample = self.exact.arm.n_joints, self.exact.allowed(self.budget), first
+        share = np.ones(n)
         worst, counts = np.empty((3, 0, n)), np.empty((0, n))
         search = replace(
             options,
@@ -184,13 +195,13 @@ class _Rounds:
         for turn in range(_SETTINGS.most_rounds):
             if len(counts):
                 sample = first.joined_by(worst, counts)
-            model = simplify_exact(
+            self.stage(f"searching at level {options.level}")
+            model = search_terms(
                 sample,
                 Budget.of_torques(share * allowed),
                 search if turn else replace(search, effort=options.effort),
-                provenance=self.provenance,
-                stage=self.stage,
             )
+            model = replace(model, provenance=self.provenance)
             if len(model.terms) > options.most_terms:
                 return Held(with_gamma(self.exact, model), near=sample)
             trial, states = self._over_region(model, allowed, turn)

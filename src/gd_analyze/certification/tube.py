@@ -98,6 +98,24 @@ class Tube:
         counts = np.ones((count, self.n_joints)) if self.weights is None else self.weights[chosen]
         return self.lower[chosen].swapaxes(0, 1), self.upper[chosen].swapaxes(0, 1), counts
 
+    def contains(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> NDArray[np.bool_]:
+        """Whether each state, shape (N, n) each, lies in a box, shape (N,)."""
+        states = np.stack([q, qd, qdd], axis=1).reshape(len(q), -1)
+        lower, upper = self.lower.reshape(len(self), -1), self.upper.reshape(len(self), -1)
+        inside = np.zeros(len(states), dtype=bool)
+        # Most boxes are left after a joint or two, and most states are in one of the first boxes that fit.
+        order = np.argsort(states[:, 0], kind="stable")
+        sorted_values = states[order, 0]
+        for low, high in zip(lower, upper, strict=True):
+            first, last = (
+                np.searchsorted(sorted_values, low[0]),
+                np.searchsorted(sorted_values, high[0], "right"),
+            )
+            rows = order[first:last]
+            rows = rows[~inside[rows]]
+            inside[rows] = ((low <= states[rows]) & (states[rows] <= high)).all(axis=1)
+        return inside
+
     def counts_at(self, states: FloatArray) -> FloatArray:
         """Weights of errors at states of the tube (3, M, n), the largest where boxes meet, shape (M, n)."""
         if self.weights is None:

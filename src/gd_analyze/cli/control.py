@@ -146,7 +146,6 @@ def control(
             warned=output.warnings,
             progress=stage.advance,
         )
-        output.warn(study.warnings)
         result = control_result(study)
         if files is not None:
             stage(f"writing {', '.join(formats)}")

@@ -119,19 +119,14 @@ class Given:
 
     def exact(self) -> tuple[gd.types.ExactDynamics, gd.Trajectory | None]:
         """Read or draw the states, with their motion, if any; warn where torques look wrong."""
-        from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
         from gd_analyze.motions.states import states_in_box, states_of
-        from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_without_torque
+        from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 
         arm = self.robot.load(self.payload, self.trajectories)
         motion = read_motions(self.trajectories, arm) if self.trajectories else None
         states = states_in_box(arm, self.states, self.seed) if motion is None else states_of(motion)
         exact = ExactDynamics.of(arm, states, self.drives)
-        warn_without_torque(exact)
-        if motion is None:
-            warn_of_weight(arm)
-        else:
-            warn_of_torque_limits(arm, states, exact.torque)
+        warn_of_torques(exact)
         return exact, motion
 
 

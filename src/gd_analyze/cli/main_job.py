@@ -98,7 +98,6 @@ def analyze(
         del motion  # the findings hold what is shown of a long one, whose memory the reports can use
         stage(f"writing {', '.join(formats)}")
         write_findings(findings, folder, formats, strangers)
-        output.warn(findings.warnings)
     _give(findings, folder, formats, output, top)
 
 

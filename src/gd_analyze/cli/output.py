@@ -16,7 +16,7 @@ import click
 from gd_analyze.cache import without_cache
 from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
-from gd_analyze.cli.terminal import Stages, colour, stages, tell_warnings, width
+from gd_analyze.cli.terminal import Stages, colour, stages, tell_warning, width
 from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import require_writable
 from gd_analyze.text import visible
@@ -36,7 +36,7 @@ class Output:
     @contextmanager
     def working(self) -> Iterator[Stages]:
         """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
-        warned = Warned(self.warnings, (lambda texts: None) if self.quiet else tell_warnings)
+        warned = Warned(self.warnings, (lambda warning: None) if self.quiet else tell_warning)
         with warned.collecting(), stages(self.quiet, warned) as stage:
             click.get_current_context().meta[STAGE] = stage
             stage("reading")

@@ -6,7 +6,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -47,10 +47,9 @@ def tell(kind: str, text: str) -> None:
     click.echo(styled + "\n".join(texts).removeprefix(kind), file=sys.stderr, color=colour())
 
 
-def tell_warnings(texts: Sequence[str]) -> None:
-    """Print warnings to standard error."""
-    for text in texts:
-        tell("warning", text)
+def tell_warning(warning: Warning) -> None:
+    """Print a warning to standard error."""
+    tell("warning", str(warning))
 
 
 class StageLines:
@@ -106,15 +105,10 @@ class Stages:
             display, task = self._shown
             display.advance(task, steps)
 
-    def warn(self, texts: Sequence[str]) -> None:
-        """Print the warnings of a step that has ended."""
-        if self._warned:
-            for text in texts:
-                self._warned.note(text)
-            self._warned.tell()
-
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Show the verdict lists above the progress; the result repeats them for the model's own budget."""
+        if self._warned:
+            self._warned.tell()
         if self._shown:
             from gd_analyze.report.terminal import text_of
             from gd_analyze.result import Result

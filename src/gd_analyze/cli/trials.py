@@ -104,7 +104,7 @@ def evaluate(
             stage(f"writing {junit.name}")
             write_text(junit, junit_xml(evaluation))
     output.give(result, *filter(None, (out, junit)))
-    if not evaluation.passed:
+    if evaluation.verdict == "failed":
         click.get_current_context().exit(1)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, faults_of
@@ -125,6 +126,7 @@ class Diagnosis:
         return self.after.changed > self.problem.settings.most_changes
 
 
+@strict
 @one_thread()
 def diagnose(
     arm: RobotArm | str | Path,

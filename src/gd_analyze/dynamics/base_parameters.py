@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, apply, cross, outer, rigid_acceleration
 from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
 from gd_analyze.dynamics.regrouped_links import RegroupedArm, regrouped
@@ -225,6 +226,7 @@ class BaseParameters:
         return tuple(share[1:] for share in alone if shared.count(share[1:]) == 1)
 
 
+@strict
 def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> BaseParameters:
     """Regroup the ten parameters of every link into the minimal set that torque is linear in.
 

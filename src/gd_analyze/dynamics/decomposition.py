@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import CHUNK, Array, FloatArray, chunks, round_off_of
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics import generalized_dalembert as dalembert
@@ -44,6 +45,7 @@ _LEAN = ("inertia", "coriolis_centrifugal", "gravity_loading", "torque")
 ReadRows = Callable[[NDArray[np.intp]], Array]
 
 
+@strict
 @one_thread()
 def decompose(
     arm: RobotArm | str | Path,
@@ -192,6 +194,7 @@ def gaps_in(dataset: xr.Dataset) -> tuple[int, ...]:
     return tuple(row for row in np.unique(before).tolist() if 0 < row < dataset.sizes["time"])
 
 
+@strict
 @one_thread()
 def decompose_states(
     arm: RobotArm,

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, array_of, chunks, peak_magnitude, round_off_of
 from gd_analyze.errors import UsageError
 from gd_analyze.files import data_folder
@@ -94,6 +95,7 @@ SOURCES = ("translation", "rotation", "drive")
 DEFAULT_BUDGET = 0.01
 
 
+@strict
 def rank(
     dataset: xr.Dataset,
     *,

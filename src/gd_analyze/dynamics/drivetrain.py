@@ -8,8 +8,9 @@ Armstrong-Helouvry (1994).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.motions.states import checked_states
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import Drive
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,29 @@ def coulomb_friction(arm: RobotArm, qd: FloatArray, *, rest_velocity: float = 0.
     level = np.where(qd > 0, forward, np.where(qd < 0, -backward, 0.0))
     with np.errstate(over="ignore"):  # far beyond the rest velocity: the tanh of infinity is 1
         return level * (np.tanh(qd / rest_velocity) if rest_velocity else np.sign(qd))
+
+
+def rubbing(drive: Drive, coulomb: float, viscous: float, offset: float) -> Drive:
+    """The drive with friction coulomb sign(qd) + viscous qd + offset at its joint, as far as that brakes."""
+    ratio = abs(drive.gear_ratio)
+    levels = max(coulomb + offset, 0.0) / ratio, min(offset - coulomb, 0.0) / ratio
+    return replace(drive, viscous=max(viscous, 0.0) / ratio**2, coulomb=levels)
+
+
+def with_friction(arm: RobotArm, terms: FloatArray) -> RobotArm:
+    """The arm with fitted friction, `Friction.terms` of shape (n, 3); its own where one of them is nan."""
+    drives = []
+    for drive, values in zip(arm.drives or (Drive(),) * arm.n_joints, terms.tolist(), strict=True):
+        ratio, (forward, backward) = abs(drive.gear_ratio), drive.coulomb
+        own = ratio * (forward - backward) / 2.0, ratio**2 * drive.viscous, ratio * (forward + backward) / 2.0
+        fitted = (o if math.isnan(value) else value for value, o in zip(values, own, strict=True))
+        drives.append(rubbing(drive, *fitted))
+    return replace(arm, drives=tuple(drives))
+
+
+def has_friction(arm: RobotArm) -> bool:
+    """Whether the arm states friction of any drive."""
+    return any(drive.viscous or any(drive.coulomb) for drive in arm.drives)
 
 
 def least_friction(arm: RobotArm) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, chunks
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import (
@@ -170,6 +171,7 @@ class TorqueComparison:
         return html_of(repr(self), headings, rows, "Measured torque compared with the exact model's.")
 
 
+@strict
 @one_thread()
 def compare_torque(
     arm: RobotArm | str | Path, trajectory: Trajectory | str | Path, *, drives: bool | None = None

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
+from gd_analyze.arguments import require_word
 from gd_analyze.arrays import Array, FloatArray, chunks, set_points_last
 from gd_analyze.dynamics import (
     composite_moments,
@@ -20,7 +20,6 @@ from gd_analyze.dynamics import (
     recursive_lagrangian,
 )
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -166,8 +165,5 @@ METHODS: dict[str, Method] = {
 
 def known_method(name: str) -> Method:
     """Find a formulation by name."""
-    if name not in METHODS:
-        near = difflib.get_close_matches(str(name), METHODS, n=1)
-        message, hint = f"there is no formulation {name!r}", f"did you mean {near[0]!r}?" if near else None
-        raise UsageError(message, where="method", expected=", ".join(METHODS), next_step=hint)
+    require_word(name, METHODS, "method")
     return METHODS[name]

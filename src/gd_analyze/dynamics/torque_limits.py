@@ -8,7 +8,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
-from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning
+from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, warn_caller
 from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
@@ -31,7 +31,7 @@ def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | No
     reached = f"{joint_label(joint + 1, arm.joints[joint].name)} needs {factors[joint] * limit:.4g} {unit}"
     text = f"{reached}, {number(factors[joint])} times its limit of {limit:g} {unit}"
     text += f"; {_likeliest_cause(arm, states, joint, limit, factors[joint])}"
-    warnings.warn(text, TorqueLimitWarning, stacklevel=3)
+    warn_caller(TorqueLimitWarning(text))
 
 
 def warn_of_weight(arm: RobotArm) -> None:

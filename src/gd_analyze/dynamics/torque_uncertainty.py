@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics.base_parameters import inertial_parameters, regressor
 from gd_analyze.errors import require_type
@@ -14,6 +15,7 @@ from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.threads import one_thread
 
 
+@strict
 @one_thread()
 def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None) -> FloatArray | None:
     """Standard uncertainty of the torque due to those stated for the arm's parameters, N m (N), shape (N, n).

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
+from gd_analyze.arguments import strict
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.c import C, Cpp
@@ -144,6 +145,7 @@ class Exported:
         return paths
 
 
+@strict
 def export(
     source: SimplifiedModel | RobotArm | str | Path,
     languages: str | Sequence[str],

@@ -14,11 +14,12 @@ import numpy as np
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.dynamics import composite_moments, newton_euler_link, newton_euler_regrouped
 from gd_analyze.dynamics.base_parameters import BaseParameters, base_parameters
-from gd_analyze.dynamics.drivetrain import coulomb_friction, viscous_coefficients
+from gd_analyze.dynamics.drivetrain import coulomb_friction, has_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
-from gd_analyze.errors import UsageError, require_type
+from gd_analyze.errors import ModelError, UsageError, require_type
 from gd_analyze.exporting.names import LONGEST_NAME, identifier, identifiers
+from gd_analyze.motions.states import states_in_box
 from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.functions import (
     Functions,
@@ -30,6 +31,7 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
@@ -169,6 +171,8 @@ class ExportInput:
             (level is None or level.is_mechanical),
         )
         base = base_parameters(self.arm, self.drives) if set(OF_PARAMETERS) & set(names) else None
+        if self.model is not None and "forward" in names:
+            _require_invertible(self.model)
         more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
         functions = [more[name]() for name in FURTHER if name in more and name in names]
         if base is not None:
@@ -201,7 +205,8 @@ class ExportInput:
             constants["base_parameters"] = Constant(meaning, numbers, None)
         if self.model is not None:
             errors = self.model.accuracy.errors.largest.tolist()
-            meaning = "largest torque error at the states the model was fitted on"
+            stated = "" if self.model.accuracy.measured else f", {STATED}"
+            meaning = f"largest torque error at the states the model was fitted on{stated}"
             constants["sampled_error"] = Constant(meaning, errors, math.inf)
         if self.certificate is not None:
             box, bounds = self.certificate.box, [*map(up, self.certificate.certified.tolist())]
@@ -231,6 +236,32 @@ def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Fu
         Function(name, meaning, arguments[:k], (output,), program)
         for name, meaning, k, output, program in rows
     )
+
+
+# Positions at which D of a model is tried before its forward dynamics are exported.
+_TRIED_POSITIONS = 2000
+
+
+def _require_invertible(model: SimplifiedModel) -> None:
+    """Raise a ModelError for a model whose D is too far from the exact one to be solved for accelerations.
+
+    With gamma below 1, D is positive definite at the states of the model. One for the arm's limits, or of
+    unknown gamma, is tried at random positions as well.
+    """
+    arm, gamma = model.arm, model.accuracy.gamma
+    eigenvalue = np.inf
+    if gamma is None or "trajectory" not in model.accuracy.fitted_on:
+        inertia = model.inertia(states_in_box(arm, _TRIED_POSITIONS).q)
+        eigenvalue = float(np.linalg.eigvalsh((inertia + inertia.swapaxes(1, 2)) / 2.0).min())
+    if model.is_torque_only or not eigenvalue > 0.0:
+        states = f"D has the eigenvalue {eigenvalue:.3g} within the arm's limits"
+        raise ModelError(
+            f"the model of {arm.name} is for torque only: forward dynamics divide by its D",
+            where="what forward",
+            expected="gamma below 1, and a positive definite D",
+            found=f"gamma {gamma:.3g}" if gamma is not None and model.is_torque_only else states,
+            next_step="take a smaller budget, or export the exact arm's: `gd-analyze export ROBOT`",
+        )
 
 
 # Functions of the base parameters.
@@ -275,6 +306,12 @@ def _further_functions(
         meaning = (
             "Coulomb and viscous friction of the drives at the joints, to be added to the torque; 0 at rest"
         )
+        if not has_friction(arm):
+            raise UsageError(
+                f"nothing states the friction of {arm.name}",
+                where="what friction",
+                next_step="fit it to a log: `gd-analyze ROBOT LOG --fit-friction` or `gd-analyze identify`",
+            )
         levels, trace = coulomb_friction(arm, np.array([np.ones(n), -np.ones(n)])), Trace()
         terms = []
         for i, (forward, backward, slope) in enumerate(zip(*levels, viscous_coefficients(arm), strict=True)):

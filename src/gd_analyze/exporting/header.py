@@ -9,6 +9,7 @@ from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import number
@@ -36,8 +37,10 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  {function.count}."
     if model is not None:
         yield f"The exact torque takes {model.operations_full},"
-        exact = [str(program.count.total) for program in model.form.functions]
-        yield f"  exact D, h and c, each a function of its own, {' + '.join(exact)} operations."
+        exact, apart = model.form.functions, model.form.functions.operations
+        totals = " + ".join(str(program.count.total) for program in exact)
+        yield f"  exact D, h and c, each a function of its own, {totals} operations,"
+        yield f"  {apart.sines_cosines} sin and cos."
         if model.accuracy.gamma is not None:
             use = "torque only" if model.is_torque_only else "below 1: fit for feedback"
             yield f"Largest |eigenvalue of D^-1 Ds - I|, Ds this D: {up(model.accuracy.gamma):.3g} ({use})."
@@ -69,18 +72,23 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     if subject.model is None:
         yield "Exact: no error but rounding."
         return
-    yield "Torque errors, sampled where the model was fitted:"
+    known = "sampled" if subject.model.accuracy.measured else f"{STATED},"
+    yield f"Torque errors, {known} where the model was fitted:"
     fitted_on = subject.model.accuracy.fitted_on
     yield f"  {', '.join(f'{key} {foreign(str(value))}' for key, value in fitted_on.items())}"
     yield from _table(["joint", "peak torque", "allowed", "largest", "RMS"], sampled_rows(subject.model))
     stated = subject.model.accuracy.certificate
     if stated is not None:
-        yield f"Proven, as the model's file states it: within {foreign(stated.where.replace('°', ' deg'))}"
+        word = "Proven" if stated.proven_here else f"Bound {STATED} and not proven again here"
+        yield f"{word}: within {foreign(stated.where.replace('°', ' deg'))}"
         if stated.trajectory_fingerprint:
             yield f"  (SHA-256 of the motion: {stated.trajectory_fingerprint})"
         yield from _table(["joint", "bound"], [[f"{up(float(bound)):.6g}"] for bound in stated.certified])
     if subject.certificate is None:
-        yield f"Nothing is proven for {'other' if stated is None else 'further'} states: {subject.unproven}."
+        scope = " for other states"
+        if stated is not None:
+            scope = " for further states" if stated.proven_here else " here"
+        yield f"Nothing is proven{scope}: {subject.unproven}."
         return
     # Joint by joint: one text for many joints would be cut.
     where = ", ".join(map(foreign, subject.certificate.box.where.split(", ")))

@@ -14,6 +14,7 @@ from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import LatexPrinter as Printer
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.steps import NamedSteps
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 
 # Significant digits of coefficients, and characters of plain text per line of a page.
@@ -62,11 +63,13 @@ class Latex(Language):
             )
         printer = Printer(_COEFFICIENT_DIGITS)
         formulas, legend = _equations(subject)
+        model = subject.model
         return {
             "title": self.tex(subject.arm.title or subject.arm.name),
             "joints": [(self.tex(joint.name), joint.kind, joint.effort_unit) for joint in subject.arm.joints],
             "lines": [line for formula in formulas for line in _lines(formula)],
             "legend": printer.legend(legend),
+            "sampled": "Sampled" if model is None or model.accuracy.measured else f"{STATED.capitalize()},",
             "errors": [] if subject.model is None else sampled_rows(subject.model),
             "bounds": [] if subject.certificate is None else proven_rows(subject.certificate),
             "digits": _COEFFICIENT_DIGITS,

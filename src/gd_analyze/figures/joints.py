@@ -237,7 +237,7 @@ def error_figure(run: Run) -> Figure:
         right.append(over_time(motion.time, error, motion.gaps, "accent", 1.2, label="error"))
         if is_proven:
             steps = broken(edges, breaks)
-            right.append(Curve(steps, proven, "inertia", 0.8, label="proven"))
+            right.append(Curve(steps, proven, "inertia", 0.8, label=run.proof))
             right.append(Curve(steps, -proven, "inertia", 0.8))
         unit = joint.effort_unit
         torques = value_axis(unit, exact, simplified, floor=noise)
@@ -254,7 +254,7 @@ def error_figure(run: Run) -> Figure:
         LegendKey("exact", "combined"),
         LegendKey("simplified; error", "accent"),
         LegendKey("allowed", "accent-wash", "area"),
-        *([LegendKey("proven near the motion", "inertia")] if is_proven else []),
+        *([LegendKey(f"{run.proof} near the motion", "inertia")] if is_proven else []),
     )
     height = min(252.0 / run.arm.n_joints, 110.0)
     return Figure("Torque and error of every joint", tuple(rows), FIGURE_WIDTH / 2, height, legend)

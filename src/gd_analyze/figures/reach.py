@@ -28,7 +28,7 @@ def reach_figure(run: Run) -> Figure:
     looks: tuple[tuple[str, np.ndarray, str, Any], ...] = (
         ("at the set points", run.tables["simplified_model"].largest_error.values, "accent", "circle"),
         ("found in the box", beyond.worst_found.values, "inertia", "triangle"),
-        ("proven in the box", beyond.certified.values, "inertia", "square"),
+        (f"{run.proof} in the box", beyond.certified.values, "inertia", "square"),
         ("within the arm's limits", beyond.within_limits.values, "rotation", "diamond"),
         ("uncertainty of parameters", beyond.uncertainty.values, "ink", "cross"),
     )

@@ -16,6 +16,7 @@ from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.accuracy import PROVEN
 from gd_analyze.simplification.model import SimplifiedModel
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ class Run(Elements):
     arm: RobotArm
     trajectory: Trajectory
     model: SimplifiedModel | None = None  # None if only elements are drawn
+    proof: str = PROVEN  # of its bounds; STATED where they were read from a file
 
     @staticmethod
     def of(arm: RobotArm, trajectory: Trajectory, threshold: float, drives: bool | None = None) -> Run:

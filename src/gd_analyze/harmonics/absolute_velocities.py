@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.harmonics.terms import Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import CANCELLED_SHARE, Torques, TorqueTerm, Velocity
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -60,6 +60,11 @@ class AbsoluteVelocities:
             axis = (joint.placement.rotation @ link.frame.rotation).T @ axis
         return cls(tuple(runs), tuple(signs))
 
+    @classmethod
+    def of_joints(cls, n: int) -> AbsoluteVelocities:
+        """The velocities of n joints themselves: every joint is a run of its own."""
+        return cls(tuple((joint,) for joint in range(n)), (1,) * n)
+
     @property
     def n_joints(self) -> int:
         """Number of joints n."""
@@ -90,6 +95,11 @@ class AbsoluteVelocities:
         run = next(run for run in self.runs if joint in run)
         return tuple(Signed(k, self.signs[k] * self.signs[joint]) for k in run if k <= joint)
 
+    def outboard(self, joint: int) -> tuple[Signed, ...]:
+        """Joints to whose absolute velocities qd_joint adds."""
+        run = next(run for run in self.runs if joint in run)
+        return tuple(Signed(k, self.signs[k] * self.signs[joint]) for k in run if k >= joint)
+
     def is_part(self, multiples: FloatArray) -> bool:
         """Whether multiples within one run are those of the angle between two links, the first positive.
 
@@ -118,6 +128,8 @@ class AbsoluteVelocities:
 
     def in_joint_velocities(self, torques: Torques) -> Torques:
         """The same torques as terms of tau in the joints' own velocities and accelerations."""
+        if not self.before:  # every joint forms its own run
+            return torques
         out: dict[TorqueTerm, float] = defaultdict(float)
         sizes: dict[TorqueTerm, float] = defaultdict(float)
         for (row, velocities, monomial), weight in torques.items():
@@ -129,7 +141,7 @@ class AbsoluteVelocities:
                 out[term] += math.prod((signed.sign for signed in signed_joints), start=carrier.sign * weight)
                 sizes[term] += abs(weight)
         # Terms that cancel leave the round-off of their summands.
-        return {term: weight for term, weight in out.items() if abs(weight) > 1e-14 * sizes[term]}
+        return {term: weight for term, weight in out.items() if abs(weight) > CANCELLED_SHARE * sizes[term]}
 
 
 def _sum(a: Any, sign: int, b: Any) -> Any:

@@ -8,16 +8,14 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.products import to_products
+from gd_analyze.harmonics.element_products import ElementProducts
 from gd_analyze.harmonics.terms import Monomial
-from gd_analyze.harmonics.transform import Harmonics, christoffel_polynomial, harmonics_behind
-from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
+from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
+from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import unit_of
 from gd_analyze.text import joined, parted
@@ -85,8 +83,9 @@ def each_equation(
     progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
     """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`."""
+    products = ElementProducts(harmonics)
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
-        equation = _equation(harmonics, kind, indices, min_share)
+        equation = _equation(harmonics, products, kind, indices, min_share)
         if equation.terms or by_itself:
             yield equation
         progress(1)
@@ -129,54 +128,37 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:
             yield from ((kind, (i, j, k), False) for j, k in pairs)
 
 
-def _equation(harmonics: Harmonics, kind: str, indices: ElementIndices, min_share: float) -> Equation:
+def _equation(
+    harmonics: Harmonics, products: ElementProducts, kind: str, indices: ElementIndices, min_share: float
+) -> Equation:
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
+    noise = harmonics.noise[1] if kind == "c" else harmonics.noise[0] * (DEGREE if kind == "h" else 1)
     if kind == "D":
-        effects = harmonics.inertia[indices[0], indices[1]]
-        noise = harmonics.noise[0]
+        weights = products.inertia(*indices)
     elif kind == "h":
-        effects = harmonics.christoffel(*indices)
-        noise = DEGREE * harmonics.noise[0]
+        weights = products.christoffel(*indices)
     else:
-        effects = harmonics.gravity_loading[indices[0]].added([0], 2)
-        noise = harmonics.noise[1]
-    links = tuple(range(max(indices), arm.n_joints))
-    by_link = [_of_link(harmonics, kind, indices, s) for s in links]
-    polynomial = TrigonometricPolynomial.stacked([effects.total(), effects, *by_link])
-    table = to_products(polynomial, harmonics.velocities, noise, deciding=3)
-    table = table.only(np.abs(table.weights[:, 0]) > noise)
-    values = [[_largest_value(arm, name) for name in names] for names in table.names]
-    sizes = np.abs(table.weights[:, 0]) * table.largest(values)
-    shares = sizes / sizes.max(initial=0.0)
-    large = shares >= min_share
-    table = table.only(large)
-    rows = zip(table.monomials(), table.weights, shares[large].tolist(), strict=True)
-    terms = [_term(factors, row, links, noise, share) for factors, row, share in rows]
+        weights = products.gravity_loading(*indices)
+    sizes = [abs(float(row[0])) * _largest_value(arm, factors) for factors, row in weights.items()]
+    largest = max(sizes, default=0.0)
+    terms = [
+        _term(factors, row, noise, size / largest)
+        for (factors, row), size in zip(weights.items(), sizes, strict=True)
+        if size >= min_share * largest
+    ]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
 
 
-def _term(
-    factors: Monomial, row: FloatArray, links: tuple[int, ...], noise: float, share: float
-) -> EquationTerm:
-    coefficient, translation, rotation = (float(value) for value in row[:3])
+def _term(factors: Monomial, row: FloatArray, noise: float, share: float) -> EquationTerm:
+    coefficient, translation, rotation, *links = row.tolist()
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
-    acting = tuple(s + 1 for s, value in zip(links, row[3:], strict=True) if abs(value) > noise)
+    acting = tuple(s for s, value in enumerate(links, start=1) if abs(value) > noise)
     return EquationTerm(coefficient, factors, effect, translation, rotation, acting, share)
 
 
 def _largest_value(arm: RobotArm, factors: Monomial) -> float:
     prismatic = (arm.joints[factor.joints[0]] for factor in factors if factor.kind == "power")
     return math.prod(max(abs(joint.lower or 0.0), abs(joint.upper or 0.0)) or 1.0 for joint in prismatic)
-
-
-def _of_link(harmonics: Harmonics, kind: str, indices: ElementIndices, s: int) -> TrigonometricPolynomial:
-    """Contribution of link s to an element."""
-    if kind == "c":
-        return harmonics.potential_by_link[[s]].derivative(*indices)
-    inertia = {(i, j): parts for (link, i, j), parts in harmonics.inertia_by_link.items() if link == s}
-    return (
-        inertia[indices[0], indices[1]] if kind == "D" else christoffel_polynomial(inertia, *indices)
-    ).total()

@@ -24,12 +24,19 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import (
+    CANCELLED_SHARE,
+    Energies,
+    EnergyTerm,
+    Factor,
+    Monomial,
+    Torques,
+    TorqueTerm,
+    Velocity,
+)
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 
-# Share of its summands' magnitudes below which a sum of a few products counts as cancelled.
-_CANCELLED_SHARE = 1e-13
 # Relative round-off of a coefficient, which some hundred products make; the arm's data are coarser.
 _ROUND_OFF = 1e-12
 
@@ -37,11 +44,18 @@ _ROUND_OFF = 1e-12
 def energy_terms(harmonics: Harmonics, drive_inertia: FloatArray | None = None) -> dict[EnergyTerm, float]:
     """Exact terms of the kinetic energy in absolute velocities and of the potential energy.
 
-    The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities.
+    The drives' inertia, shape (n,), is added to the diagonal of D in the joints' own velocities: to constants
+    alone, so that all other terms are those of the links.
     """
-    whole = harmonics.whole_inertia(drive_inertia)
-    weights = energy_weights(harmonics.velocities, whole, harmonics.potential, harmonics.noise)
-    return _without_round_off({term: float(weight[0]) for term, weight in weights.items()})
+    velocities = harmonics.velocities
+    weights = energy_weights(velocities, harmonics.whole_inertia(), harmonics.potential, harmonics.noise)
+    energies = {term: float(weight[0]) for term, weight in weights.items()}
+    if drive_inertia is not None:
+        added = velocities.matrix.T @ np.diag(drive_inertia) @ velocities.matrix
+        for i, j in np.argwhere(np.triu(added)).tolist():
+            constant = EnergyTerm(i, j, ())
+            energies[constant] = energies.get(constant, 0.0) + float(added[i, j])
+    return _without_round_off(energies)
 
 
 def energy_weights(
@@ -54,25 +68,47 @@ def energy_weights(
 
     All are exact in the same terms: those of any of them above the `noise` of D and potential.
     """
-    n, a, count = len(velocities.matrix), velocities.matrix, len(potential.coefficients)
-    elements = []
-    for i, j in itertools.combinations_with_replacement(range(n), 2):
-        parts = [
-            float(a[k, i] * a[m, j]) * inertia[min(k, m), max(k, m)]
-            for k in np.flatnonzero(a[:, i]).tolist()
-            for m in np.flatnonzero(a[:, j]).tolist()
-        ]
-        elements.append((i, j, TrigonometricPolynomial.summed(parts), len(parts) * noise[0]))
-    # A constant potential makes no torque.
+    out: dict[EnergyTerm, FloatArray] = {}
+    for i, j in itertools.combinations_with_replacement(range(velocities.n_joints), 2):
+        products = absolute_inertia(velocities, inertia, i, j, noise[0], len(potential.coefficients))
+        out |= {EnergyTerm(i, j, monomial): weight for monomial, weight in products.items()}
+    products = potential_products(velocities, potential, noise[1], len(potential.coefficients))
+    return out | {EnergyTerm(-1, -1, monomial): weight for monomial, weight in products.items()}
+
+
+def absolute_inertia(
+    velocities: AbsoluteVelocities,
+    inertia: Mapping[tuple[int, int], TrigonometricPolynomial],
+    i: int,
+    j: int,
+    noise: float,
+    deciding: int = 1,
+) -> dict[Monomial, FloatArray]:
+    """Products of D'_ij and their weights (P,), from P polynomials for D_km, k <= m, joints from 0."""
+    a = velocities.matrix
+    parts = [
+        float(a[k, i] * a[m, j]) * inertia[min(k, m), max(k, m)]
+        for k in np.flatnonzero(a[:, i]).tolist()
+        for m in np.flatnonzero(a[:, j]).tolist()
+    ]
+    return _products(TrigonometricPolynomial.summed(parts), velocities, len(parts) * noise, deciding)
+
+
+def potential_products(
+    velocities: AbsoluteVelocities, potential: TrigonometricPolynomial, noise: float, deciding: int = 1
+) -> dict[Monomial, FloatArray]:
+    """Products of the potential energy without its constant, and their weights (P,)."""
     moving = potential.only((potential.multiples != 0).any(axis=1))
-    elements.append((-1, -1, moving, noise[1]))
-    return {
-        EnergyTerm(i, j, monomial): weight
-        for i, j, polynomial, largest in elements
-        for monomial, weight in to_products(polynomial, velocities, largest, count).terms().items()
-        # Rewriting may leave noise of terms that cancel.
-        if np.abs(weight).max() > largest
-    }
+    return _products(moving, velocities, noise, deciding)
+
+
+def _products(
+    polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float, deciding: int
+) -> dict[Monomial, FloatArray]:
+    """Products with a weight above the noise in any of the deciding polynomials."""
+    terms = to_products(polynomial, velocities, noise, deciding).terms()
+    # Rewriting may leave noise of terms that cancel.
+    return {monomial: weight for monomial, weight in terms.items() if np.abs(weight[:deciding]).max() > noise}
 
 
 def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:
@@ -116,15 +152,14 @@ def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> d
 def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
     """Sum of torque terms, each source times its factor; those that cancel are left out."""
     sums, sizes = _accumulated(sources)
-    return {key: weight for key, weight in sums.items() if abs(weight) > _CANCELLED_SHARE * sizes[key]}
+    return {key: weight for key, weight in sums.items() if abs(weight) > CANCELLED_SHARE * sizes[key]}
 
 
 def summed_per_unit(sources: Iterable[tuple[FloatArray, Torques]]) -> dict[TorqueTerm, FloatArray]:
     """The same for factors of several parameters, shape (parameters,); weights that cancel are zero."""
     sums, sizes = _accumulated(sources)
     return {
-        key: np.where(abs(weight) > _CANCELLED_SHARE * sizes[key], weight, 0.0)
-        for key, weight in sums.items()
+        key: np.where(abs(weight) > CANCELLED_SHARE * sizes[key], weight, 0.0) for key, weight in sums.items()
     }
 
 

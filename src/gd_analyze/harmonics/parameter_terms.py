@@ -33,12 +33,11 @@ def energy_terms_of_parameters(harmonics: Harmonics, base: BaseParameters) -> di
     The terms are all that the geometry allows. Those of `energy_terms` are among them, with the product of
     these and the base parameters as coefficients; of the others this product is zero with the arm's numbers.
     """
-    arm, drives = harmonics.arm, harmonics.arm.drive_inertia if base.drives else None
-    inertia, potential = _per_unit(arm, base)
+    inertia, potential = _per_unit(harmonics.arm, base)
     stacked = TrigonometricPolynomial.stacked
     weights = energy_weights(
         harmonics.velocities,
-        {place: stacked([whole, inertia[place]]) for place, whole in harmonics.whole_inertia(drives).items()},
+        {place: stacked([whole, inertia[place]]) for place, whole in harmonics.whole_inertia().items()},
         stacked([harmonics.potential, potential]),
         harmonics.noise,
     )

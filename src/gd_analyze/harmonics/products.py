@@ -76,9 +76,9 @@ def to_products(
 ) -> ProductTable:
     """Write K polynomials exactly in the same products of sines and cosines.
 
-    The first polynomial is the sum to shorten; others, such as its effects or links, follow it. The first
-    `deciding` determine the products. Products up to `noise`, the largest weight from round-off, are left
-    out, and weights that differ by up to twice as much count as equal.
+    The first polynomial is the sum to shorten; others, such as its effects or links, follow it, and what they
+    have beside its products is left as it is. Harmonics up to `noise`, the largest weight from round-off, in
+    the first `deciding` polynomials are left out; weights that differ by up to twice as much count as equal.
     """
     keys, weights = _split(polynomial, velocities)
     is_above = (np.abs(weights[:deciding]) > noise).any(axis=0)
@@ -181,10 +181,11 @@ def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
             constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
             _, at_constant, at_double = np.intersect1d(group[constants], group[doubles], return_indices=True)
             constants, doubles = constants[at_constant], doubles[at_double]
+            both = (np.abs(weights[constants, 0]) > close / 2.0) & (np.abs(weights[doubles, 0]) > close / 2.0)
+            constants, doubles = constants[both], doubles[both]
             # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second form if only it cancels the constant.
             with_cos, with_sin = (
-                np.abs(weights[constants] - sign * weights[doubles]).max(axis=1, initial=0.0) <= close
-                for sign in (1.0, -1.0)
+                np.abs(weights[constants, 0] - sign * weights[doubles, 0]) <= close for sign in (1.0, -1.0)
             )
             signs = np.where(with_sin & ~with_cos, -1.0, 1.0)[:, None]
             weights[constants] -= signs * weights[doubles]
@@ -229,9 +230,9 @@ def _paired(
         if first not in out or second not in out or not first or not second:
             continue
         (f,), (g,) = first, second
-        # 1 if all weights are equal, -1 if all are opposite, 0 otherwise.
-        ratio = int(np.abs(out[first] - out[second]).max() <= close)
-        ratio -= int(np.abs(out[first] + out[second]).max() <= close)
+        # 1 if the weights are equal, -1 if they are opposite, 0 otherwise.
+        ratio = int(abs(out[first][0] - out[second][0]) <= close)
+        ratio -= int(abs(out[first][0] + out[second][0]) <= close)
         if f.kind != g.kind or ratio == 0:
             continue
         for (u, v), sign in itertools.product(((f, g), (g, f)), (1, -1)):
@@ -241,11 +242,14 @@ def _paired(
                 a, b = tuple(int(x) for x in alpha), tuple(int(x) for x in beta)
                 # kind(a + b) and kind(a - b); an odd function takes the sign out of its argument.
                 same_sign = ratio * (sign if u.kind == "sin" else 1) > 0
-                kinds, factor = _product_kinds(u.kind, same_sign)
+                kinds, scale = _product_kinds(u.kind, same_sign)
                 product = tuple(sorted((Factor(kinds[0], a), Factor(kinds[1], b))))
-                weight = out[first] if u is f else out[second]
-                out[product] = out.get(product, 0.0) + factor * weight
-                del out[first], out[second]
+                weight, other = (out.pop(first if factor is f else second) for factor in (u, v))
+                out[product] = out.get(product, 0.0) + scale * weight
+                rest = other - ratio * weight
+                rest[0] = 0.0
+                if np.abs(rest).max() > close:
+                    out[(v,)] = rest
                 break
     return out
 
@@ -267,9 +271,9 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
             continue
         if product[0].kind == "sin":
             out[Factor("cos", half), Factor("sin", half)] = 2.0 * out.pop(product)
-        else:
+        elif abs(out[product][0]) > close / 2.0:
             doubles.append((product, half))
-    if not doubles or () not in out:
+    if not doubles or () not in out or abs(out[()][0]) <= close / 2.0:
         return out
     constant = out.pop(())
     weights = [out.pop(product) for product, _ in doubles]
@@ -279,7 +283,7 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
         return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
 
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
-    best = min(choices, key=lambda signs: (float(np.abs(constant_with(signs)).max()) > close, -sum(signs)))
+    best = min(choices, key=lambda signs: (abs(float(constant_with(signs)[0])) > close, -sum(signs)))
     for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
         out[(Factor("cos" if sign > 0 else "sin", half),) * 2] = 2.0 * sign * weight
     if float(np.abs(constant_with(best)).max()) > close:

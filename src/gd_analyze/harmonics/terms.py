@@ -10,6 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
+# Share of its summands' magnitudes below which a coefficient counts as cancelled: those of small terms are
+# known to some ten digits.
+CANCELLED_SHARE = 1e-10
+
 FactorKind = Literal["cos", "sin", "power"]
 
 

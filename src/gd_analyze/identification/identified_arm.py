@@ -10,6 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import base_parameters
+from gd_analyze.dynamics.drivetrain import rubbing
 from gd_analyze.dynamics.measured_torque import SIGMAS
 from gd_analyze.identification.estimate import Estimate, start_of
 from gd_analyze.identification.identification import IdentifiedParameter
@@ -103,17 +104,8 @@ def identified_arm(
     for drive, inertia, (coulomb, viscous, offset) in zip(
         arm.drives or (Drive(),) * arm.n_joints, inertias, friction, strict=True
     ):
-        ratio = abs(drive.gear_ratio)
-        levels = max(coulomb + offset, 0.0) / ratio, min(offset - coulomb, 0.0) / ratio
-        drives.append(
-            replace(
-                drive,
-                inertia=float(inertia),
-                inertia_uncertainty=None,
-                viscous=max(float(viscous), 0.0) / ratio**2,
-                coulomb=levels,
-            )
-        )
+        driven = replace(drive, inertia=float(inertia), inertia_uncertainty=None)
+        drives.append(rubbing(driven, float(coulomb), float(viscous), float(offset)))
     return replace(
         arm,
         links=tuple(links),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.diagnose import diagnose
@@ -59,6 +60,7 @@ class _JudgementSettings:
 _SETTINGS = _JudgementSettings()
 
 
+@strict
 @one_thread()
 def identify(
     arm: RobotArm | str | Path,

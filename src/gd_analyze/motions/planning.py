@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arguments import require_word
 from gd_analyze.arrays import FloatArray, array_of, require_possible
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, warn_caller
 from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label, limit_report
 from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import LARGEST, rounded_up
 
 if TYPE_CHECKING:
@@ -61,7 +59,9 @@ class Schedule:
     Raises
     ------
     TrajectoryError
-        If the profile is unknown or a number is impossible.
+        If a number is impossible.
+    UsageError
+        If the profile is unknown.
     """
 
     duration: float
@@ -70,9 +70,7 @@ class Schedule:
     via_times: ArrayLike | None = None
 
     def __post_init__(self) -> None:
-        if self.profile not in PROFILES:
-            message = f"there is no profile {self.profile!r}"
-            raise refusal(message, "profile", ", ".join(PROFILES), self.profile)
+        require_word(self.profile, PROFILES, "profile")
         duration = array_of(self.duration, "duration", TrajectoryError)
         if duration.ndim or not _SHORTEST_SECONDS <= duration <= LARGEST:
             expected, value = f"a number from {_SHORTEST_SECONDS:g} s to {LARGEST:g} s", str(duration)
@@ -94,74 +92,6 @@ class Plan:
     shortest_duration: float | None
 
 
-def plan(
-    arm: RobotArm | str | Path,
-    start: ArrayLike,
-    goal: ArrayLike,
-    duration: float,
-    *,
-    via: Sequence[ArrayLike] = (),
-    profile: str = Schedule.profile,
-    n_set_points: int = Schedule.n_set_points,
-    via_times: ArrayLike | None = None,
-    allow_violations: bool = False,
-    name: str | None = None,
-) -> Trajectory:
-    """Plan a motion from rest to rest, within the arm's limits.
-
-    Parameters
-    ----------
-    arm
-        The arm, or the name of a built-in one, or the path of its file.
-    start, goal
-        Joint variables at the ends, rad (m), shape (n,).
-    duration
-        Time from start to goal, s.
-    via
-        Joint variables to pass in between, in order. For 4-3-4 and 3-5-3: none, or lift-off and set-down.
-    profile
-        "4-3-4", "3-5-3", "quintic", "cubic" or "trapezoidal".
-    n_set_points
-        Number of set points, evenly spaced in time, both ends included.
-    via_times
-        Instants of the vias, s; by default the time of each stretch is proportional to the square root of the
-        distance of its slowest joint.
-    allow_violations
-        Warn, rather than fail, when velocities or accelerations exceed their limits.
-    name
-        Name of the trajectory; by default arm and profile.
-
-    Returns
-    -------
-    Trajectory
-        Set points with the profile's exact velocities and accelerations. Where an acceleration jumps, its
-        value is that after the jump, at the goal that before.
-
-    Raises
-    ------
-    TrajectoryError
-        If an argument is wrong, a position limit is exceeded, or (unless `allow_violations`) a velocity or
-        acceleration limit; the message then gives the shortest duration that meets them.
-    ArmError
-        If there is no such arm.
-
-    Warns
-    -----
-    GdAnalyzeWarning
-        If velocities or accelerations exceed their limits and `allow_violations` is set.
-
-    Examples
-    --------
-    >>> plan("two_link", [0, 0], [1, -1], 2.0, profile="quintic").n_set_points
-    31
-    """
-    schedule = Schedule(duration, profile, n_set_points, via_times)
-    planned = plan_motion(
-        arm_of(arm), start, goal, via, schedule=schedule, allow_violations=allow_violations, name=name
-    )
-    return planned.trajectory
-
-
 def plan_motion(
     arm: RobotArm,
     start: ArrayLike,
@@ -172,7 +102,7 @@ def plan_motion(
     allow_violations: bool = False,
     name: str | None = None,
 ) -> Plan:
-    """Plan as `plan` does, and compare the motion with the arm's limits."""
+    """Plan as `gd_analyze.plan` does, and compare the motion with the arm's limits."""
     profile = PROFILES[schedule.profile]
     if profile.via_counts is not None and len(via) not in profile.via_counts:
         message = f"profile {profile.name} cannot take this number of vias"
@@ -260,7 +190,7 @@ def _judge(
         raise refusal(
             message, where, expected, violations, f"{remedy}; allow_violations=True plans it anyway"
         )
-    warnings.warn(f"{message}: {'; '.join(violations)}; {remedy}", GdAnalyzeWarning, stacklevel=3)
+    warn_caller(GdAnalyzeWarning(f"{message}: {'; '.join(violations)}; {remedy}"))
 
 
 def _sample(

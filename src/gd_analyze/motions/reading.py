@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.errors import Location, TrajectoryError, UsageError
 from gd_analyze.motions.corrections import Corrections
 from gd_analyze.text import LARGEST, number_in
@@ -120,6 +121,7 @@ class Reading:
         )
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
             step = "--time-unit ms for milliseconds"
             raise refusal(
@@ -176,6 +178,7 @@ class Treatment:
     use_velocities: bool = True
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         cutoffs = self.cutoff if isinstance(self.cutoff, tuple) else (self.cutoff,)
         for name, unit, values in (("cutoff", "Hz", cutoffs), ("largest_gap", "s", (self.largest_gap,))):
             for value in values:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from gd_analyze.operations.program import OperationCount, Program, program_slopes
-from gd_analyze.operations.trace import Trace, is_constant
+from gd_analyze.operations.trace import Expression, Trace, is_constant
 
 
 class Functions(NamedTuple):
@@ -49,12 +49,48 @@ def inertia_program(program: Program, n: int, symmetric: bool = False) -> Progra
     return Program.of(trace, [columns[j][i] for i, j in places])
 
 
+def bias_program(program: Program, n: int) -> Program:
+    """H and c together: the torque without acceleration."""
+    return program.with_values(_zeros(n, "qdd"))
+
+
 def coriolis_centrifugal_program(program: Program, n: int) -> Program:
-    """h, homogeneous of degree 2 in the velocities: half its derivative along them (Euler)."""
-    along: dict[str, float | str] = {f"qd{j + 1}": f"qd{j + 1}" for j in range(n)}
-    trace = Trace()
-    twice_h = program_slopes(program, along, program.folded(trace, _zeros(n, "qdd")), trace)
-    return Program.of(trace, [trace.multiply(0.5, x) for x in twice_h])
+    """h: the part of the bias that is of degree 2 in the velocities, so without gravity."""
+    return motion_program(bias_program(program, n))
+
+
+def motion_program(program: Program) -> Program:
+    """The part of a torque that motion takes, D qdd + h: all but gravity.
+
+    A velocity counts 1, an acceleration 2: the parts of degree 2 remain. Every step is split by degree.
+    """
+    trace, by_step = Trace(), dict[int, dict[int, Any]]()
+
+    def parts(x: Any) -> dict[int, Any]:
+        return by_step[x.order] if isinstance(x, Expression) else {0: x}
+
+    for step in program.steps:
+        if step.operation == "input":
+            name = step.arguments[0]
+            degree = name.count("d")  # q1, qd1, qdd1
+            by_step[step.order] = {degree: trace.record("input", name)}
+            continue
+        first, second = parts(step.arguments[0]), parts(step.arguments[-1])
+        if step.operation == "multiply":
+            products: dict[int, Any] = {}
+            for a, x in first.items():
+                for b, y in second.items():
+                    if a + b <= 2:
+                        products[a + b] = trace.add(products.get(a + b, 0.0), trace.multiply(x, y))
+            by_step[step.order] = products
+        elif len(step.arguments) == 1:
+            by_step[step.order] = {a: trace.apply(step.operation, x) for a, x in first.items()}
+        else:
+            by_step[step.order] = {
+                a: trace.apply(step.operation, first.get(a, 0.0), second.get(a, 0.0))
+                for a in sorted({*first, *second})
+            }
+    return Program.of(trace, [parts(output).get(2, 0.0) for output in program.outputs])
 
 
 def gravity_loading_program(program: Program, n: int) -> Program:

@@ -57,6 +57,16 @@ class OperationCount:
         return self.multiplications + self.additions
 
     @property
+    def pair(self) -> str:
+        """Both numbers that count, operations, and sines and cosines: "66 and 20"."""
+        return f"{self.total} and {self.sines_cosines}"
+
+    @property
+    def in_words(self) -> str:
+        """The same in words: "66 operations and 20 sines and cosines"."""
+        return f"{self.total} operations and {self.sines_cosines} sines and cosines"
+
+    @property
     def nanoseconds(self) -> float:
         """Estimated time of one evaluation in exported C, ns, see docs/simplification.md."""
         return _OPERATION_NANOSECONDS * self.total + _SINE_NANOSECONDS * self.sines_cosines

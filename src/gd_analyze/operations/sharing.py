@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter, defaultdict
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,15 +16,12 @@ from gd_analyze.operations.trace import Expression, Trace
 
 # Coefficients by product: a tuple of variables, each as often as its power.
 Polynomial = Mapping[Any, float]
-# Variables whose squares add up to 1, each with its partner: a cosine and the sine of the same angle.
-Circles = Mapping[Hashable, Hashable]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SharingSettings:
-    """How long sums are rearranged."""
+    """How long a program's sums are rearranged."""
 
-    most_tries_of_polynomials: int = 500  # most rearrangements of polynomials
     most_tries_of_program: int = 400  # most rearrangements of a program
     # Most rearrangements of a program times its operations, as each takes longer where it is long.
     tries_times_operations: int = 200_000
@@ -108,21 +105,11 @@ def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSu
     return SharedSums(variables, definitions, count, sums.operations)
 
 
-def shared_sums(
-    polynomials: Sequence[Polynomial], circles: Circles | None = None, rearranging: int = 6_000
-) -> Iterator[SharedSums]:
-    """Yield the polynomials with shared parts: by extraction, then, on request, with its result rearranged.
-
-    Rearranging does not increase operations. `rearranging` is tries times operations.
-    """
+def shared_sums(polynomials: Sequence[Polynomial]) -> SharedSums:
+    """Write polynomials with shared parts, found by extraction."""
     numbers: dict[Hashable, int] = {}
     for variable in (x for polynomial in polynomials for product in polynomial for x in product):
         numbers.setdefault(variable, len(numbers))
-    partners = {
-        numbers[x]: numbers.setdefault(partner, len(numbers))
-        for x, partner in (circles or {}).items()
-        if x in numbers
-    }
     sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL_WITHIN)
     for row, polynomial in enumerate(polynomials, start=1):
         terms: SumTerms = {}
@@ -133,10 +120,7 @@ def shared_sums(
             if c:
                 sums.add(-row, product, sums.magnitude(equal(c)))
     extract(sums)
-    yield _shared(sums, tuple(numbers), len(polynomials))
-    affordable = rearranging // max(sums.operations, 1)
-    rearrange(sums, min(SHARING_SETTINGS.most_tries_of_polynomials, affordable), partners)
-    yield _shared(sums, tuple(numbers), len(polynomials))
+    return _shared(sums, tuple(numbers), len(polynomials))
 
 
 def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:

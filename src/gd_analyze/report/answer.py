@@ -115,10 +115,8 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
 def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
     """Elements of torques in plain characters, the largest terms first."""
     model = findings.model
-    joint_terms = model.form.velocities.in_joint_velocities(torques)
-    return dict(
-        _plain(element_formulas(joint_terms, model.arm.drive_inertia.tolist() if model.drives else ()))
-    )
+    drives = model.arm.drive_inertia.tolist() if model.drives else ()
+    return dict(_plain(element_formulas(model.form.printed(torques), drives)))
 
 
 def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:

@@ -62,8 +62,8 @@ class BudgetPath:
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position."""
         model = findings.model
-        joint_terms = model.form.velocities.in_joint_velocities(self.torques(findings, k))
-        return element_formulas(joint_terms, model.arm.drive_inertia.tolist() if model.drives else ())
+        drives = model.arm.drive_inertia.tolist() if model.drives else ()
+        return element_formulas(model.form.printed(self.torques(findings, k)), drives)
 
     def proofs(self, findings: Findings) -> list[str]:
         """What is known of each model near the motion."""
@@ -72,12 +72,12 @@ class BudgetPath:
             share, gamma = row["proven_share"], row["gamma"]
             if row["position"] >= 0 and share is not None and share <= 1.0:
                 used = percent(share_up(share))
-                sentence = f"Near the motion the model uses at most {used} of this budget (proven)."
+                sentence = f"Near the motion the model uses at most {used} of this budget ({findings.proof})."
                 out[row["position"]] = sentence if gamma is None else f"{sentence} Gamma {gamma_size(gamma)}."
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)
-            out[self.asked] = f"Torque error at most {worst.text} near the motion (proven)."
+            out[self.asked] = f"Torque error at most {worst.text} near the motion ({findings.proof})."
         return out
 
     def data(self, findings: Findings) -> dict[str, Any]:
@@ -92,7 +92,9 @@ class BudgetPath:
             "asked": self.asked,
             "label": [budget_words(row["budget"]) for row in self.rows],
             "operations": [row["operations"] for row in self.rows],
+            "angles": [row["sines_cosines"] for row in self.rows],
             "apart": [row["operations_apart"] for row in self.rows],
+            "angles_apart": [row["sines_cosines_apart"] for row in self.rows],
             "kept": [len(row["kept"]) for row in self.rows],
             "proof": self.proofs(findings),
             "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(made_of(findings), ""),

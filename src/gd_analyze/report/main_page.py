@@ -11,6 +11,7 @@ from gd_analyze.figures import structure
 from gd_analyze.figures.arm import playable
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.formulas.writing import part_symbol
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.answer import VerdictList, element_details
 from gd_analyze.report.budget import BudgetPath, budget_equations, budget_words, place
 from gd_analyze.report.html import (
@@ -163,23 +164,29 @@ def _arm(findings: Findings, drawing: Drawing) -> str:
 def _slider(findings: Findings, path: BudgetPath) -> str:
     """The budget slider, or a note that no other budget gives another model."""
     model, kind, rows = findings.model, made_of(findings), path.rows
-    full, row = model.operations_full.total, rows[path.asked]
+    full, row = model.operations_full, rows[path.asked]
     if not path.moves:
         low, high = (escape(budget_words(rows[k]["budget"])) for k in (0, -1))
         nothing = "dropping terms would not save an operation"
         reason = f"No other model from {low} to {high}: "
         reason += f"{'the model stays the same' if model.saves else nothing}. "
         reason = "" if len(rows) == 1 or is_unreadable(findings) else reason
-        note = f"{reason}The exact torque takes <b>{full}</b> operations."
+        note = f"{reason}The exact torque takes <b>{full.total}</b> operations "
+        note += f"and {full.sines_cosines} sines and cosines."
         return f'{_stops(findings)}<p class="note">{note}</p>\n'
     share, reference = float(model.accuracy.shares.max(initial=0.0)), model.accuracy.asked.shares_of
     figures = ""
     if kind in ("terms", "parts"):
         figures += _figure("kept", len(row["kept"]), kind, f"of {thousands(model.size[1])}")
     if kind == "terms":
-        full_apart = model.form.functions.operations.total
-        figures += _figure("apart", row["operations_apart"], "operations", f"of {full_apart}: D, h, c")
-    figures += _figure("count", row["operations"], "operations", f"of {full}: torque")
+        figures += _counts(
+            "apart",
+            row["operations_apart"],
+            row["sines_cosines_apart"],
+            "D, h, c",
+            model.form.functions.operations,
+        )
+    figures += _counts("count", row["operations"], row["sines_cosines"], "torque", full)
     figures += _figure("worst", text(f"up to {percent(share)}"), f"of {reference}", "at the set points")
     between = " Those between the named budgets follow from this report's model."
     return template("budget.html").format(
@@ -193,6 +200,12 @@ def _slider(findings: Findings, path: BudgetPath) -> str:
         between=between if stop_rows(findings) else "",
         proof=text(path.proofs(findings)[path.asked]),
     )
+
+
+def _counts(key: str, operations: int, angles: int, what: str, full: OperationCount) -> str:
+    """Operations, and sines and cosines, of those of the exact ones."""
+    second = f'{what}, and <span id="budget-{key}-angles">{angles}</span> of {full.sines_cosines} sin, cos'
+    return _figure(key, operations, f"of {full.total} operations", second)
 
 
 def _figure(key: str, value: Any, first: str, second: str) -> str:
@@ -217,7 +230,7 @@ def _errors(findings: Findings, numbers: PartNumbers) -> str:
         )
     title = "Torque error of each joint, up to this at the set points; the line is the budget"
     if proven is not None:
-        title += '<span class="only-this">, the diamond the error proven near the motion</span>'
+        title += f'<span class="only-this">, the diamond the bound near the motion ({findings.proof})</span>'
     return template("errors.html").format(
         caption=f"{numbers.of_table('errors')}{title}.",
         rows="".join(rows),

@@ -79,7 +79,7 @@ def main_report(findings: Findings) -> MainReport:
     effects = effect_drawings(findings)
     errors = None
     if not findings.model.is_exact or BudgetPath.of(findings).moves:
-        errors = joint_errors(findings.model, tube_bound(findings), "errors")
+        errors = joint_errors(findings.model, tube_bound(findings), "errors", findings.proof)
     appendices = sections(findings)
     numbers = PartNumbers.of((structure, shares, *((errors,) if errors else ()), *effects, *appendices))
     return MainReport(

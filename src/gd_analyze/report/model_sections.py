@@ -78,7 +78,7 @@ def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
     note = (
         f"No model with at most {READABLE} terms keeps the budget, so these are the dominant parts of the "
         f"elements, with an error of up to {percent(share)} of peak torque at the set points. The exact "
-        f"torque takes {findings.model.operations_full.total} operations; `model.json` has it.\n{_PARTS}"
+        f"torque takes {findings.model.operations_full.in_words}; `model.json` has it.\n{_PARTS}"
     )
     return (equation_part("model", "", elements.formulas, note=note),)
 
@@ -211,9 +211,9 @@ def founding_section(findings: Findings) -> Section:
     share = _largest_share(elements)
     note = (
         "[FGL87] simplifies by hand, element by element: where translation or rotation dominates, the "
-        f"other part is dropped. This takes {elements.operations.total} operations, with an error of up to "
-        f"{percent(share)} of peak torque; the model above takes {model.operations.total}, the exact torque "
-        f"{elements.operations_full.total}."
+        f"other part is dropped. This takes {elements.operations.in_words}, with an error of up to "
+        f"{percent(share)} of peak torque; the model above takes {model.operations.pair}, the exact torque "
+        f"{elements.operations_full.pair}."
     )
     parts = (
         _kept_matrix(findings),

@@ -63,7 +63,9 @@ def sections(findings: Findings) -> tuple[Section, ...]:
 def _motion(findings: Findings) -> Section:
     norms = findings.model.accuracy.norms
     note = f"Norm of the error over norm of the torque: {norms_text(norms)}." if norms else ""
-    torques = replace(joint_errors(findings.model, tube_bound(findings), "torques"), note=note)
+    torques = replace(
+        joint_errors(findings.model, tube_bound(findings), "torques", findings.proof), note=note
+    )
     path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
     sampled = "Torque and error of every joint, sampled at the set points."
     parts = (

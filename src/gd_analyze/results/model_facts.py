@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import declared_column
-from gd_analyze.simplification.accuracy import NormShare, share_of
+from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import number, percent
 
@@ -76,7 +77,11 @@ _OPERATIONS = {
 
 def _counts(model: SimplifiedModel) -> list[dict[str, int]]:
     """Operations of a model's torque and of the exact torque, by kind."""
-    return [asdict(count) | {"total": count.total} for count in (model.operations, model.operations_full)]
+    return [_kinds(count) for count in (model.operations, model.operations_full)]
+
+
+def _kinds(count: OperationCount) -> dict[str, int]:
+    return asdict(count) | {"total": count.total}
 
 
 def operations_table(key: str, model: SimplifiedModel) -> Table:
@@ -97,17 +102,19 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     simplified, full, totals = model.operations, model.operations_full, _counts(model)
     function_sets = model.functions, model.form.functions
     counts_apart = [
-        {name: program.count.total for name, program in functions._asdict().items()}
+        {name: _kinds(program.count) for name, program in functions._asdict().items()}
         for functions in function_sets
     ]
     return (
-        Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.total}"),
+        Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.pair}"),
         Fact("operations_full", "", totals[1]),
         _time_fact(model),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
         Fact("operations_apart_full", "", counts_apart[1]),
         gamma_fact(model),
         Fact("saves", "", model.saves),
+        Fact("saves_torque", "", model.saves_torque),
+        Fact("saves_functions", "", model.saves_functions),
     )
 
 
@@ -119,12 +126,13 @@ def _time_fact(model: SimplifiedModel) -> Fact:
 
 
 def apart_text(model: SimplifiedModel) -> str:
-    """Operations of D, h and c, each a function: "29 + 27 + 13 = 69 instead of 121 + 257 + 19 = 397"."""
+    """Operations of D, h and c, each a function: "29 + 24 + 13 = 66, 20 sin and cos, instead of ..."."""
     sums = []
     for functions in (model.functions, model.form.functions):
         counts = [program.count.total for program in functions]
-        sums.append(f"{' + '.join(map(str, counts))} = {sum(counts)}")
-    return f"{sums[0]} instead of {sums[1]}"
+        angles = functions.operations.sines_cosines
+        sums.append(f"{' + '.join(map(str, counts))} = {sum(counts)}, {angles} sin and cos")
+    return " instead of ".join(sums)
 
 
 def gamma_fact(model: SimplifiedModel) -> Fact:
@@ -161,8 +169,10 @@ def structure_note(model: SimplifiedModel) -> str:
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
-def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints") -> Table:
-    """Errors that a model states for its joints, and proven bounds, N m, shape (n,), if known."""
+def joint_errors(
+    model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints", proof: str = PROVEN
+) -> Table:
+    """Errors that a model states for its joints, and bounds, N m, shape (n,), if known, proven or stated."""
     accuracy, errors = model.accuracy, model.accuracy.errors
     saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
@@ -181,7 +191,7 @@ def joint_errors(model: SimplifiedModel, proven: FloatArray | None = None, key: 
         Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),
     ]
     if proven is not None and is_proven and saves:
-        columns.append(Column("", "proven", proven, units, "bound"))
+        columns.append(Column("", proof, proven, units, "bound"))
         columns.append(Column("", share_label, accuracy.shares_of(proven), shown="bound_percent"))
     return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
 
@@ -214,22 +224,34 @@ def _sampled_at(model: SimplifiedModel) -> str:
 
 
 def headline(model: SimplifiedModel, error: str | None = None) -> str:
-    """The result in a line: "72 operations instead of 308. Torque error at most 1.4 % of peak torque ..."."""
-    full = model.operations_full.total
+    """The result in a line: operations, what they save, and the error.
+
+    "D, h and c in 66 operations and 20 sines and cosines instead of 359 and 30; torque in ...".
+    """
+    full = model.operations_full
     if model.is_exact:
+        exact_dynamics = f"the exact torque, {full.in_words}"
+        if model.level.is_structured:
+            exact_dynamics += f", or exact D, h and c, {model.form.functions.operations.pair}"
         return (
-            f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer than "
-            f"the {full} operations of the exact torque, which is the result."
+            f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
+            f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
-    costs = f"{model.operations.total} operations instead of {full}"
+    costs = f"{model.operations.in_words} instead of {full.pair}"
     if model.level.is_structured:
-        simplified, exact = (
-            functions.operations.total for functions in (model.functions, model.form.functions)
-        )
-        costs = (
-            f"D, h and c in {simplified} operations instead of {exact}; torque in {model.operations.total} "
-        )
-        costs += f"instead of {full}"
+        apart, exact = model.functions.operations, model.form.functions.operations
+        functions = f"D, h and c in {apart.in_words} instead of {exact.pair}"
+        costs = f"{functions}; torque in {model.operations.pair} instead of {full.pair}"
+        if not model.saves_torque:
+            costs = (
+                f"{functions}, for equations and feedback. For the torque alone take the exact program: "
+                f"{full.pair}, the model's {model.operations.pair}"
+            )
+        elif not model.saves_functions:
+            costs = (
+                f"Torque in {model.operations.in_words} instead of {full.pair}. For D, h and c apart take "
+                f"the exact ones: {exact.pair}, the model's {apart.pair}"
+            )
     use = f" {TORQUE_ONLY.capitalize()}." if model.is_torque_only else ""
     return f"{costs}. {error or error_text(model)}.{use}"
 

@@ -224,7 +224,7 @@ def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
     }
     proven = [row["proven"] for row in rows]
     if np.isfinite(proven).all():
-        columns["proven"] = Column("proven", "proven near it", proven, shown="bound_percent")
+        columns["proven"] = Column("proven", f"near it, {findings.proof}", proven, shown="bound_percent")
     names = short_names([joint.name for joint in findings.arm.joints])
     for i, joint in enumerate(findings.arm.joints):
         label = joint_name(i + 1, names[i])

@@ -139,7 +139,16 @@ def dropped_parts(findings: Findings) -> DroppedParts:
 def budget_rows(findings: Findings) -> list[Row]:
     """One row per budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    names = ("position", "budget", "operations", "multiplications", "additions", "operations_apart")
+    names = (
+        "position",
+        "budget",
+        "operations",
+        "multiplications",
+        "additions",
+        "operations_apart",
+        "sines_cosines",
+        "sines_cosines_apart",
+    )
     columns = {name: table[name].values.tolist() for name in (*names, "largest_error", "allowed_error")}
     columns["kept"] = [[] for _ in table.position]
     for name, dim in (("kept", "rank"), ("kept_parts", "part")):

@@ -37,6 +37,7 @@ from gd_analyze.results.shown_tables import (
     text_comparison,
 )
 from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import amount, counted, joined, named_joints, number, thousands
@@ -71,7 +72,7 @@ def run_result(findings: Findings, top: int = 0) -> Result:
             verdict_section(findings.dominance),
             *_equations(findings),
             *_stops(findings),
-            joint_errors(model, tube_bound(findings)),
+            joint_errors(model, tube_bound(findings), proof=findings.proof),
             *(replace(fact, label="") for fact in details),
             *motion_result.measured_parts(findings),
             *motion_result.motion_parts(findings, top),
@@ -109,13 +110,13 @@ def stop_rows(findings: Findings) -> list[Row]:
         return []
     position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == position, "words": _stop_words(row)}
+        row | {"own": row["position"] == position, "words": _stop_words(row, findings.proof)}
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
 
-def _stop_words(row: Row) -> str:
-    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17, torque in 35; ..."."""
+def _stop_words(row: Row, proof: str) -> str:
+    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17 and 6 sin, cos; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
         if _is_wider(row):
@@ -125,8 +126,11 @@ def _stop_words(row: Row) -> str:
         )
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
-    costs = f"D, h, c in {row['operations']}, torque in {row['operations_torque']}"
-    return f"{row['terms']} terms; {costs}; {used_words(row)}"
+    costs = (
+        f"D, h, c in {row['operations']} and {row['sines_cosines']} sin, cos; "
+        f"torque in {row['operations_torque']} and {row['sines_cosines_torque']}"
+    )
+    return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
 
 
 def _is_wider(row: Row) -> bool:
@@ -134,12 +138,12 @@ def _is_wider(row: Row) -> bool:
     return bool(row["terms"] < 0 and 0 <= row["terms_beyond"] <= READABLE / 2)
 
 
-def used_words(row: Row) -> str:
+def _used_words(row: Row, proof: str) -> str:
     """How much of a budget its model uses: "uses 76 % (proven)"."""
     share = row["proven_share"]
     if share is None or share > 1.0:
         return "not proven"
-    return f"uses {value_text(share, '', 'bound_percent')} (proven)"
+    return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
 
 
 def stop_facts(findings: Findings) -> tuple[Fact, ...]:
@@ -184,13 +188,13 @@ def run_headline(findings: Findings) -> str:
     tube = findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     if tried:
-        proof = "not proven" if bound is None else f"proven {worst_error(model, bound).size}"
+        proof = "not proven" if bound is None else f"{findings.proof} {worst_error(model, bound).size}"
         error_text = worst_error(model, tube.tube_worst_found.values).text
         error = f"up to {error_text} near {motion} ({thousands(tried)} states tried; {proof})"
     elif bound is None:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
-        error = f"at most {worst_error(model, bound).text} near {motion} (proven)"
+        error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
     return f"{contradicted}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
 
 
@@ -208,7 +212,7 @@ def _unreadable_headline(findings: Findings) -> str:
         wider = f', `--budget "{readable}"` has a readable model'
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
-        f"dominant elements, and the exact torque in {model.operations_full.total} operations. `--level "
+        f"dominant elements, and the exact torque in {model.operations_full.in_words}. `--level "
         f"fast` searches for a shorter program{wider}."
     )
 
@@ -263,7 +267,7 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
     """The first figures: error near the motion and at its set points, terms or steps counted, and gamma."""
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
-    label = "" if tried else "Torque error near the motion, proven"
+    label = "" if tried else f"Torque error near the motion, {findings.proof}"
     if model.is_exact:
         proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
     elif bound is None:
@@ -281,9 +285,9 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         worst.fact("sampled_error", sampled, "up to"),
         Fact(
             "kept_terms",
-            "Operations of the exact torque" if model.is_exact else counted,
+            "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,
             len(model.terms),
-            text=str(model.operations_full.total) if model.is_exact else f"{size[0]} of {thousands(size[1])}",
+            text=model.operations_full.pair if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
         Fact("", GAMMA if gamma is not None and not model.is_exact else "", gamma, text=gamma_size(gamma)),
     )
@@ -321,7 +325,7 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
     facts = [Fact("margin", "Margins of the motion", margin, text=margins(findings))]
     if not model.is_exact and beyond.certified.notnull().all():
         worst = worst_error(model, beyond.certified.values)
-        facts.append(worst.fact("box_error", "Torque error, proven in the motion's box"))
+        facts.append(worst.fact("box_error", f"Torque error in the motion's box, {findings.proof}"))
     allows = f"round-off allows {number(check['round_off_bound'])}"
     difference = check["largest_difference"], check["unit"]
     facts.append(Fact("cross_check", "Difference from Pinocchio", *difference, note=allows))
@@ -343,7 +347,10 @@ def notices(findings: Findings) -> tuple[str, ...]:
     # At level element the error is stated as the budget, which nobody asked for.
     is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
     model_notice = findings.model.notice if is_asked else ""
-    texts = (*motion_result.recording_notices(findings), model_notice, _drives_notice(findings))
+    stated = ""
+    if findings.proof == STATED:
+        stated = f"Bounds are {STATED}; `gd-analyze certify model.json --check` proves them again."
+    texts = (*motion_result.recording_notices(findings), model_notice, _drives_notice(findings), stated)
     return tuple(filter(None, texts))
 
 

@@ -193,12 +193,15 @@ def budgets_table(path: Sequence[SimplifiedModel], position: int, ranking: TermR
     program has neither.
     """
     arm, level, counts = path[0].form.arm, path[0].level, [model.operations for model in path]
+    counts_apart = [model.functions.operations for model in path]
     values: dict[str, Any] = {
         "budget": [model.accuracy.budget for model in path],
         "operations": [count.total for count in counts],
         "multiplications": [count.multiplications for count in counts],
         "additions": [count.additions for count in counts],
-        "operations_apart": [model.functions.operations.total for model in path],
+        "sines_cosines": [count.sines_cosines for count in counts],
+        "operations_apart": [count.total for count in counts_apart],
+        "sines_cosines_apart": [count.sines_cosines for count in counts_apart],
         "largest_error": [model.accuracy.errors.largest for model in path],
         "allowed_error": [model.accuracy.allowed for model in path],
     }

@@ -169,7 +169,7 @@ def near_errors_table(findings: Findings) -> Table:
             cells.append(f"{number(value)} {pretty(motion_unit(joint, name))}")
         columns[f"± {name}"] = declared_column("tube", f"tube_margin_{name}", cells, key="")
     tried = int(tube.attrs["tried"])
-    states = ", no state has a larger error than the proven one" if is_proven else ": the states considered"
+    states = ", no state has a larger error than the bound" if is_proven else ": the states considered"
     note = f"Within {margins(findings)} of the motion, between its set points too{states}. "
     note += "The found error is the largest that a search met"
     note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
@@ -198,7 +198,7 @@ def far_errors_table(findings: Findings) -> Table:
         columns |= dict.fromkeys(("worst_found", "certified", "certified_share"), "beyond")
         sentences.append(
             "The box holds every position, velocity and acceleration between the smallest and the largest of "
-            "the trajectory, in any combination. The proven error holds in all of the box."
+            "the trajectory, in any combination. The bound holds in all of the box."
         )
         ratio = bound_ratio(findings)
         if ratio is not None:

@@ -26,6 +26,7 @@ from gd_analyze.results.motion_tables import trajectory_in
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
+from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
@@ -126,6 +127,7 @@ def load_findings(path: str | Path) -> Findings:
             element_model=elements,
             ranked_terms=ranked,
             warnings=tuple(lines.split("\n")) if lines else (),
+            proof=STATED,
             provenance={
                 name: str(attributes[name]) for name in attributes if name not in ("format", "schema")
             },

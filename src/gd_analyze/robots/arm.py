@@ -27,6 +27,10 @@ if TYPE_CHECKING:
 Limit = Literal["lower", "upper", "velocity_limit", "acceleration_limit"]
 
 
+# Gravity in the base frame of a level arm, m/s^2.
+USUAL_GRAVITY = (0.0, 0.0, -9.8062)
+
+
 @dataclass(frozen=True, eq=False)
 class RobotArm:
     """A serial arm of n joints.
@@ -38,7 +42,7 @@ class RobotArm:
     joints, links
         n of each; link i moves with joint i.
     gravity
-        g in the base frame, m/s^2; a level arm has (0, 0, -9.8062).
+        g in the base frame, m/s^2; a level arm has `USUAL_GRAVITY`.
     drives
         One per joint, or empty.
     dh_table, convention
@@ -65,7 +69,7 @@ class RobotArm:
     name: str
     joints: tuple[Joint, ...]
     links: tuple[Link, ...]
-    gravity: FloatArray = field(default_factory=lambda: np.array([0.0, 0.0, -9.8062]))
+    gravity: FloatArray = field(default_factory=lambda: np.array(USUAL_GRAVITY))
     title: str = ""
     drives: tuple[Drive, ...] = ()
     dh_table: tuple[DHRow, ...] = ()

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import Array, FloatArray, are_possible
 from gd_analyze.errors import ArmError, Location
 from gd_analyze.text import LARGEST, in_python, visible
@@ -235,6 +236,7 @@ class Link:
     bare: Link | None = field(default=None, repr=False)  # the link without the payload merged into it
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         link, where = f"link {self.name}", self.place
         require_name(self.name, "a link's name", where)
         _check(self, link, where, ("mass",), mass=(), com=(3,), inertia_com=(3, 3))

@@ -16,6 +16,8 @@ from gd_analyze.text import amount, named_joints
 
 # Shares of the states for which PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm.
 USUAL_STATES = (0.95, 0.999)
+# Of a bound: what this process has shown, and what a file claims and nobody has proven or measured again.
+PROVEN, STATED = "proven", "stated in the file"
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
@@ -142,6 +144,7 @@ class Proven:
     trajectory_fingerprint: str = ""
     # Of a tube: its piece with the largest bound of each joint, (n, 2, 3, n): lower, upper; q, qd, qdd
     pieces: FloatArray | None = None
+    proven_here: bool = False  # whether this process has proven it; otherwise a file states it
 
 
 @dataclass(frozen=True, eq=False)

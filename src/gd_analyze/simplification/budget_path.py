@@ -9,12 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import MANY_TERMS, TooManyTermsError, candidates_of
+from gd_analyze.simplification.candidates import (
+    MANY_TERMS,
+    TooManyTermsError,
+    candidates_of,
+    costs_together,
+    numbers_of,
+    of_any,
+)
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
-from gd_analyze.simplification.torque_program import effort_for
+from gd_analyze.simplification.torque_program import FINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +61,7 @@ def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) ->
     """
     if not isinstance(model.level, CandidateLevel):
         return (model,)  # a program, or parts of elements, stands alone
-    models: list[SimplifiedModel] = []
+    exact, models = exact.with_form(model.form), list[SimplifiedModel]()
     for factor, trial in _along_terms(exact, model):
         allowed = factor * model.accuracy.allowed
         if trial is not model and not (trial.accuracy.errors.counting <= allowed).all():
@@ -72,7 +79,7 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
     for factor, terms in (*_smaller(exact, model), (1.0, model.terms), *_larger(exact, model)):
         key = frozenset(terms)
         if key not in models:
-            program = model.level.write(model.form, terms, effort_for(len(terms)))
+            program = model.level.write(model.form, terms, FINAL)
             models[key] = measured(exact, replace(model, terms=terms, program=program))
         yield factor, models[key]
 
@@ -101,16 +108,16 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     level, form, thinned = model.level, model.form, exact.thinned(_SETTINGS.most_states)
     assert isinstance(level, CandidateLevel)
     listed, allowed = list(model.terms), model.accuracy.allowed
+    numbers = numbers_of(level, form, listed)
     torque = model.torque(*thinned.states.arrays)
     base = (thinned.torque - torque).T / allowed[:, None]
     if thinned.states.weights is not None:
         base = base * thinned.states.weights.T
-    effects = level.term_torques(form, model.terms).at(thinned.states).over(allowed)
-    needed = level.indispensable(form, listed)
-    stays = np.array([term in needed for term in listed], dtype=bool)
-    selection = Selection(
-        TermChoice(effects, base, level.costs(form, listed, 0)), np.ones(len(listed), dtype=bool)
-    )
+    effects = level.term_torques(form, model.terms, numbers).at(thinned.states).over(allowed)
+    choice = TermChoice(effects, base, costs_together(level.costs(form, listed, 0), numbers))
+    stays = of_any(level.indispensable(form, listed), listed, numbers)
+    selection = Selection(choice, np.ones(len(choice), dtype=bool))
     for factor in np.geomspace(1.0, _SETTINGS.largest_factor, _SETTINGS.steps + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
-        yield factor, {listed[k]: model.terms[listed[k]] for k in np.flatnonzero(selection.selected).tolist()}
+        rows = np.flatnonzero(selection.selected[numbers]).tolist()
+        yield factor, {listed[row]: model.terms[listed[row]] for row in rows}

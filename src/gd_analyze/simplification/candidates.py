@@ -1,11 +1,14 @@
 """Candidates for dropping: the terms of a level, with their torques and costs at states.
 
-An arm of seven general joints has tens of thousands of terms. Those too small to be weighed one by one are
-dropped together beforehand, within a share of the budget.
+Terms that cancel in the printed equations are one candidate: without the others each would print what no
+equation of the arm has. An arm of seven general joints has tens of thousands of terms. Those too small to be
+weighed one by one are dropped together beforehand, within a share of the budget.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -16,12 +19,13 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
+from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effects import Mask, TermTorques
 from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, has_more_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel, Level, Terms
+from gd_analyze.simplification.level import CandidateLevel, Costs, IntegerArray, Level, Terms
 from gd_analyze.simplification.selection import Selection, TermChoice
 from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import SINE_PRICE
@@ -49,18 +53,20 @@ class TooManyTermsError(UsageError):
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Terms that may be dropped.
+    """Terms that may be dropped, as K candidates: single terms, and terms that go together.
 
     Parameters
     ----------
     level, form
         What they are terms of.
     terms
-        Terms and coefficients, K in number.
+        Terms and coefficients, T in number.
+    numbers
+        Candidate of every term, shape (T,).
     choice
-        Their torques over the allowed error, and their costs.
+        Torques of the candidates over the allowed error, and their costs.
     stays
-        Terms that are never dropped, shape (K,).
+        Candidates that are never dropped, shape (K,).
     total
         Number of all terms, those dropped beforehand included.
     sine_price
@@ -70,27 +76,39 @@ class Candidates:
     level: CandidateLevel
     form: ExactForm
     terms: Terms
+    numbers: IntegerArray
     choice: TermChoice
     stays: Mask
     total: int
     sine_price: int = SINE_PRICE
 
     def __len__(self) -> int:
-        return len(self.terms)
+        return len(self.choice)
 
     def chosen(self, selected: Mask, scale: FloatArray | None = None) -> dict[Any, float]:
         """Terms of a selection, shape (K,), their coefficients times factors, shape (K,)."""
         factors = np.ones(len(self)) if scale is None else scale
-        rows = zip(self.terms.items(), selected.tolist(), factors.tolist(), strict=True)
+        numbers = self.numbers
+        rows = zip(self.terms.items(), selected[numbers].tolist(), factors[numbers].tolist(), strict=True)
         return {term: factor * weight for (term, weight), is_chosen, factor in rows if is_chosen}
 
     def selection(self, terms: Terms | None = None) -> Selection:
         """Selection of some terms, by default all; those that stay are always part of it."""
         if terms is None:
             return Selection(self.choice, np.ones(len(self), dtype=bool))
-        return Selection(
-            self.choice, np.array([term in terms for term in self.terms], dtype=bool) | self.stays
-        )
+        return Selection(self.choice, of_any(terms, self.terms, self.numbers) | self.stays)
+
+    @property
+    def parameters(self) -> IntegerArray:
+        """Free numbers of a refit: index of the one that scales each candidate, shape (K,)."""
+        scaled_by = self.level.numbers(self.form, list(self.terms)).tolist()
+        ends = [
+            (("candidate", k), number) for k, number in zip(self.numbers.tolist(), scaled_by, strict=True)
+        ]
+        one_of = _joined(ends)
+        firsts = [one_of.get(("candidate", k), ("candidate", k)) for k in range(len(self))]
+        place = {first: number for number, first in enumerate(dict.fromkeys(firsts))}
+        return np.array([place[first] for first in firsts], dtype=int)
 
     def price(self, terms: Terms, effort: Effort) -> int:
         """Operations of these terms as the level counts them, with the price of sines and cosines."""
@@ -126,13 +144,12 @@ def candidates_of(
         raise UsageError(message, where="level", expected="term or energy", found=level.name)
     require_few_terms(exact, level)
     all_terms = level.terms(exact.form)
-    listed = list(all_terms)
+    listed, numbers = list(all_terms), numbers_of(level, exact.form, all_terms)
     torques = _every_torque(level, exact.form)
-    needed = level.indispensable(exact.form, listed)
-    stays = np.array([term in needed for term in listed], dtype=bool)
-    remaining, base = np.arange(len(listed)), np.zeros((exact.arm.n_joints, len(exact.states)))
-    if len(listed) > MANY_TERMS:
-        weighed = stays | np.array([term in included for term in listed], dtype=bool)
+    stays = of_any(level.indispensable(exact.form, listed), listed, numbers)
+    remaining, base = np.arange(torques.count), np.zeros((exact.arm.n_joints, len(exact.states)))
+    if torques.count > MANY_TERMS:
+        weighed = stays | of_any(included, listed, numbers)
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _SWEEP.most_terms:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
@@ -144,13 +161,67 @@ def candidates_of(
                 found=str(len(remaining)),
                 next_step=next_step,
             )
-    terms = {listed[k]: all_terms[listed[k]] for k in remaining.tolist()}
+    rows = np.flatnonzero(np.isin(numbers, remaining))
+    terms = {listed[k]: all_terms[listed[k]] for k in rows.tolist()}
+    numbers = np.searchsorted(remaining, numbers[rows])
     choice = TermChoice(
         torques.at(exact.states, remaining).over(allowed),
         base,
-        level.costs(exact.form, list(terms), sine_price),
+        costs_together(level.costs(exact.form, list(terms), sine_price), numbers),
     )
-    return Candidates(level, exact.form, terms, choice, stays[remaining], len(listed), sine_price)
+    return Candidates(level, exact.form, terms, numbers, choice, stays[remaining], len(listed), sine_price)
+
+
+def numbers_of(level: CandidateLevel, form: ExactForm, terms: Iterable[Any]) -> IntegerArray:
+    """Candidates of terms, from 0 in the order of their first terms, shape (T,)."""
+    together = _together(level, form)
+    first = [together.get(term, term) for term in terms]
+    number = {term: k for k, term in enumerate(dict.fromkeys(first))}
+    return np.array([number[term] for term in first], dtype=int)
+
+
+def costs_together(costs: Costs, numbers: IntegerArray) -> Costs:
+    """Costs of candidates from those of their terms."""
+    candidate, out = numbers.tolist(), defaultdict[frozenset[int], int](int)
+    for terms, price in costs.items():
+        out[frozenset(candidate[term] for term in terms)] += price
+    return {candidates: price for candidates, price in out.items() if price}
+
+
+def of_any(chosen: Container[Any], terms: Iterable[Any], numbers: IntegerArray) -> Mask:
+    """Candidates with any of the chosen terms, shape (K,)."""
+    out = np.zeros(int(numbers.max(initial=-1)) + 1, dtype=bool)
+    out[numbers[[k for k, term in enumerate(terms) if term in chosen]]] = True
+    return out
+
+
+@lru_cache(maxsize=8)
+def _together(level: CandidateLevel, form: ExactForm) -> dict[Any, Any]:
+    """A term of those that stay or go together, by each of the others."""
+    printed, users = form.printed(form.torques), dict[TorqueTerm, Any]()
+    pairs = (
+        (users.setdefault(impossible, term), term)
+        for term in level.terms(form)
+        for impossible in form.printed(level.source(form, term))
+        if impossible not in printed
+    )
+    return _joined(pairs)
+
+
+def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
+    """One of every set of things that pairs join, directly or not, by all others of the set."""
+    out: dict[Any, Any] = {}
+
+    def representative(thing: Any) -> Any:
+        while thing in out:
+            thing = out[thing]
+        return thing
+
+    for pair in pairs:
+        first, second = map(representative, pair)
+        if first != second:
+            out[second] = first
+    return {thing: representative(thing) for thing in out}
 
 
 def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
@@ -166,8 +237,9 @@ def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
 
 @lru_cache(maxsize=4)
 def _every_torque(level: CandidateLevel, form: ExactForm) -> TermTorques:
-    """Torques of all terms, the same in every round of a search."""
-    return level.term_torques(form, level.terms(form))
+    """Torques of all candidates, the same in every round of a search."""
+    terms = level.terms(form)
+    return level.term_torques(form, terms, numbers_of(level, form, terms))
 
 
 def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> int:

@@ -77,12 +77,18 @@ class Effects:
         return Effects(self.count, self.n_joints, self.term, self.joint, shares)
 
     def joined_by(self, terms: NDArray[np.intp], torque: FloatArray) -> Effects:
-        """The same with one more row of some terms, shape (M, N), as if they acted on one more joint."""
+        """The same with one more row of some terms, shape (M, N), as if they acted on one more joint.
+
+        Rows of one term add up.
+        """
+        terms, place = np.unique(terms, return_inverse=True)
+        rows = np.zeros((len(terms), self.torque.shape[1]))
+        np.add.at(rows, place, torque)
         term = np.concatenate([self.term, terms])
         order = np.argsort(term, kind="stable")
         joint = np.concatenate([self.joint, np.full(len(terms), self.n_joints)])[order]
-        rows = np.concatenate([self.torque, torque])[order]
-        return Effects(self.count, self.n_joints + 1, term[order], joint, rows)
+        joined = np.concatenate([self.torque, rows])[order]
+        return Effects(self.count, self.n_joints + 1, term[order], joint, joined)
 
     def dense(self) -> FloatArray:
         """Torque of every term at every joint, shape (K, n, N)."""
@@ -100,15 +106,23 @@ class TermTorques:
         Absolute velocities of the arm, in which the terms are.
     sources
         Coefficient and torque terms of each term.
+    numbers
+        Number of each term, from 0; terms of one number count as one. By default each is one by itself.
     """
 
-    def __init__(self, velocities: AbsoluteVelocities, sources: Sequence[tuple[float, Torques]]) -> None:
-        self.velocities, self.count = velocities, len(sources)
+    def __init__(
+        self,
+        velocities: AbsoluteVelocities,
+        sources: Sequence[tuple[float, Torques]],
+        numbers: NDArray[np.int64] | None = None,
+    ) -> None:
+        numbers = np.arange(len(sources)) if numbers is None else numbers
+        self.velocities, self.count = velocities, int(numbers.max(initial=-1)) + 1
         monomials: dict[Monomial, int] = {}
         moving: dict[tuple[Velocity, ...], int] = {}
         rows = []
         carriers = [velocities.inboard(joint) for joint in range(velocities.n_joints)]
-        for number, (coefficient, torques) in enumerate(sources):
+        for number, (coefficient, torques) in zip(numbers.tolist(), sources, strict=True):
             for term, weight in torques.items():
                 monomial = monomials.setdefault(term.monomial, len(monomials))
                 product = moving.setdefault(term.velocities, len(moving))

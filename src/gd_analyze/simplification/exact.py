@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
-from collections.abc import Set
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,17 +15,32 @@ from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.files import shipped
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.identity import largest_difference
-from gd_analyze.harmonics.lagrangian import energy_terms, torques_of_energies
-from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Energies, Torques
+from gd_analyze.harmonics.lagrangian import energy_terms, torques_of, torques_of_energies
+from gd_analyze.harmonics.squares import Squares
+from gd_analyze.harmonics.terms import (
+    DYNAMICS_QUANTITIES,
+    Energies,
+    EnergyTerm,
+    Torques,
+    TorqueTerm,
+    Velocity,
+)
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
-from gd_analyze.operations.functions import Functions, functions_of
+from gd_analyze.operations.functions import (
+    Functions,
+    bias_program,
+    functions_of,
+    gravity_loading_program,
+    inertia_program,
+    motion_program,
+)
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.description import describe_in_full
-from gd_analyze.simplification.kept_program import Task, kept_program, program_name
-from gd_analyze.simplification.torque_program import ROUGH, Effort, functions_of_terms, torque_program
+from gd_analyze.robots.arm import USUAL_GRAVITY, RobotArm
+from gd_analyze.robots.description import fingerprint
+from gd_analyze.simplification.kept_program import Programs, Task, kept_programs, program_name
+from gd_analyze.simplification.torque_program import ROUGH, program_of_terms, torque_program
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,16 +57,16 @@ class _ExactSettings:
     # Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or
     # more.
     terms_per_operation: int = 5
-    # Sums of terms with this multiple of the operations known may take fewer with shared parts.
-    nearly_known: float = 1.2
+    # Most terms of D or c, or of a short arm's torque, whose sums share parts: half a second.
+    shared_terms: int = 250
 
 
 _SETTINGS = _ExactSettings()
-# Effort of sharing parts of sums: half a second.
-_SHARING = Effort(250)
 
 # Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
 MOST_TERMS = 60_000
+# Relative difference up to which a constant of D is the drive's inertia alone.
+_EQUAL_DRIVES = 1e-12
 # Rewriting changes rounding: by 1e-15 of a joint's torque for up to eight joints.
 REWRITTEN = 1e-11
 
@@ -67,14 +82,25 @@ class ExactForm:
     arm
         The arm.
     drives
-        Whether drive inertia is included.
+        Whether drive inertia is included; an ArmError if the arm describes no drives.
     """
 
     arm: RobotArm
     drives: bool = False
 
+    def __post_init__(self) -> None:
+        if self.drives:
+            self.arm.drive_inertia  # noqa: B018 - an ArmError, unless the arm describes drives
+
     def __repr__(self) -> str:
         return f"ExactForm({self.arm!r}, drives={self.drives})"
+
+    def of_arm(self, arm: RobotArm) -> ExactForm:
+        """The same dynamics of an arm that differs only in what they do not depend on, such as friction."""
+        assert fingerprint(arm, self.drives) == fingerprint(self.arm, self.drives)
+        form = copy(self)
+        object.__setattr__(form, "arm", arm)
+        return form
 
     @property
     def drive_inertia(self) -> FloatArray | None:
@@ -107,65 +133,78 @@ class ExactForm:
         return {term: weight for term, weight in self.torques.items() if term.is_upper}
 
     @cached_property
+    def in_joint_velocities(self) -> ExactForm:
+        """The same dynamics with terms in the joints' own velocities; equal if no axes are parallel."""
+        return JointForm(self.arm, self.drives, absolute=self) if self.velocities.before else self
+
+    def torques_of_energy(self, term: EnergyTerm) -> Torques:
+        """Torque terms of one energy term with unit coefficient."""
+        return torques_of(term, self.velocities)
+
+    @cached_property
     def program(self) -> Program:
         """Its torque in the fewest operations known: shipped, or found in a second or two and then cached."""
-
-        def shortest() -> Program:
-            programs = [self.recursion]
-            if self.arm.n_joints <= _SETTINGS.joints_of_sums:
-                programs += [
-                    torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARING)
-                ]
-            return rewritten(min(programs, key=lambda program: program.count.total))
-
-        key = ["exact", describe_in_full(self.arm), self.drives]
-        path = shipped("programs", ".json").get(shipped_name(self))
-        values = None if path is None else json.loads(path.read_bytes())
-        return kept_program(
-            Task(program_name(key), self.arm.n_joints, shortest, self._is_short_torque, values)
-        )
+        (program,) = self._kept(["torque"], self._shortest_torque, (self.recursion,))
+        return program
 
     @cached_property
     def functions(self) -> Functions:
-        """D, h and c as functions of their own, each in the fewest operations known."""
-        functions = functions_of(self.program, self.arm.n_joints, symmetric=True)
-        if self.arm.n_joints > _SETTINGS.identified_joints:
-            return functions
-        operations_known = dict(
-            zip(DYNAMICS_QUANTITIES, (program.count.total for program in functions), strict=True)
-        )
-        numbers = Counter(term.quantity for term in self.torques)
-        of_few_terms = {
-            quantity
-            for quantity in operations_known
-            if numbers[quantity] < _SETTINGS.terms_per_operation * operations_known[quantity]
-        }
-        nested = functions_of_terms(self.velocities, self._torques_of(of_few_terms), ROUGH)
-        # Shared parts take time to find: only where nested sums come close.
-        counts = dict(zip(DYNAMICS_QUANTITIES, (program.count.total for program in nested), strict=True))
-        close = {
-            quantity
-            for quantity in of_few_terms
-            if counts[quantity] < _SETTINGS.nearly_known * operations_known[quantity]
-        }
-        shared = functions_of_terms(self.velocities, self._torques_of(close), _SHARING)
-        return Functions(
-            *(
-                min(programs, key=lambda program: program.count.total) if quantity in close else programs[0]
-                for quantity, *programs in zip(DYNAMICS_QUANTITIES, functions, nested, shared, strict=True)
-            )
-        )
+        """D, h and c as functions of their own, each in the fewest operations known.
 
-    def _torques_of(self, quantities: Set[str]) -> Torques:
-        return {term: weight for term, weight in self.torques.items() if term.quantity in quantities}
+        They are shipped, or found in some seconds and then cached.
+        """
+        references = functions_of(self.recursion, self.arm.n_joints, symmetric=True)
+        return Functions(*self._kept(DYNAMICS_QUANTITIES, self._shortest_functions, references))
 
-    def _is_short_torque(self, program: Program) -> bool:
-        """Whether a program computes the torque, in no more operations than the recursion."""
-        recursion = self.recursion
-        if program.count.total > recursion.count.total:
-            return False
-        difference, size = largest_difference(program, recursion, self.arm.is_revolute, REWRITTEN)
-        return bool((difference <= REWRITTEN * size).all())
+    @cached_property
+    def squares(self) -> Squares:
+        """The form of squares in which D, h and c are printed, beside the drives' inertia."""
+        exact = dict(self.velocities.in_joint_velocities(self.torques))
+        for joint, inertia in enumerate(() if self.drive_inertia is None else self.drive_inertia.tolist()):
+            constant = TorqueTerm(joint, (Velocity(2, joint),), ())
+            if inertia and abs(exact.get(constant, inertia) - inertia) <= _EQUAL_DRIVES * inertia:
+                exact.pop(constant, None)
+        return Squares.of(exact)
+
+    def printed(self, torques: Torques) -> Torques:
+        """Torques as D, h and c print: in joint velocities, with squares in one form."""
+        return self.squares.sum(self.velocities.in_joint_velocities(torques))
+
+    def _kept(
+        self, names: Sequence[str], write: Callable[[], Programs], references: Sequence[Program]
+    ) -> Programs:
+        """Programs as shipped, from the cache, or newly written; they compute what the references do."""
+
+        def are_right(programs: Programs) -> bool:
+            pairs = zip(programs, references, strict=True)
+            return all(_is_shorter_form(*pair, self.arm.is_revolute) for pair in pairs)
+
+        path = shipped("programs", ".json").get(shipped_name(self))
+        values = None if path is None else [json.loads(path.read_bytes())[name] for name in names]
+        key = program_name(["exact", *names, fingerprint(self.arm, self.drives)])
+        return kept_programs(Task(key, self.arm.n_joints, write, are_right, values))
+
+    def _shortest_torque(self) -> Programs:
+        programs = [self.recursion]
+        if self.arm.n_joints <= _SETTINGS.joints_of_sums:
+            programs += [
+                torque_program(self.velocities, self.torques, effort)
+                for effort in (ROUGH, _SETTINGS.shared_terms)
+            ]
+        if not self.arm.gravity.any():
+            programs.append(motion_program(self._with_gravity.program))
+        return (rewritten(fewest(programs)),)
+
+    def _shortest_functions(self) -> Programs:
+        if not self.arm.gravity.any():
+            inertia, h, _ = self._with_gravity.functions
+            return inertia, h, gravity_loading_program(self.program, self.arm.n_joints)
+        return tuple(map(rewritten, functions_to_rewrite(self, self.program)))
+
+    @property
+    def _with_gravity(self) -> ExactForm:
+        """The same arm with gravity, which may be shipped: without it, nothing takes more operations."""
+        return ExactForm(replace(self.arm, gravity=np.array(USUAL_GRAVITY)), self.drives)
 
     @cached_property
     def recursion(self) -> Program:
@@ -181,6 +220,90 @@ class ExactForm:
     def operations(self) -> OperationCount:
         """Operations of the exact torque: every saving is stated against them."""
         return self.program.count
+
+
+def functions_to_rewrite(form: ExactForm, torque: Program) -> Functions:
+    """D, h and c as they follow from a torque's program or, in fewer operations, from their own terms."""
+    n = form.arm.n_joints
+    bias = rewritten(bias_program(torque, n))
+    inertia = [inertia_program(torque, n, symmetric=True)]
+    c = [gravity_loading_program(bias, n), gravity_loading_program(torque, n)]
+    if not too_many_terms(form):
+        inertia += _of_own_terms(form, "inertia", inertia[0].count.total)
+        c += _of_own_terms(form, "gravity_loading", c[0].count.total)
+    return Functions(fewest(inertia), motion_program(bias), fewest(c))
+
+
+def _of_own_terms(form: ExactForm, quantity: str, operations: int) -> Iterator[Program]:
+    """Programs of the terms of D or c in absolute and in joint velocities, unless they are very many."""
+    torques = {term: weight for term, weight in form.torques.items() if term.quantity == quantity}
+    if len(torques) > _SETTINGS.terms_per_operation * operations:
+        return
+    effort = _SETTINGS.shared_terms
+    yield program_of_terms(quantity, form.velocities, torques, effort)
+    if form.velocities.before:
+        in_joints = AbsoluteVelocities.of_joints(form.arm.n_joints)
+        yield program_of_terms(quantity, in_joints, form.velocities.in_joint_velocities(torques), effort)
+
+
+def fewest(programs: Iterable[Program]) -> Program:
+    """The program of the fewest operations."""
+    return min(programs, key=lambda program: program.count.total)
+
+
+def _is_shorter_form(program: Program, reference: Program, is_revolute: Sequence[bool]) -> bool:
+    """Whether a program computes what a reference does, in no more operations."""
+    if program.count.total > reference.count.total:
+        return False
+    difference, size = largest_difference(program, reference, is_revolute, REWRITTEN)
+    # An output that is zero up to round-off has that of the others.
+    return bool((difference <= REWRITTEN * size.max()).all())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class JointForm(ExactForm):
+    """Exact dynamics with terms in the joints' own velocities; all else is that of the absolute ones."""
+
+    absolute: ExactForm = field(kw_only=True)
+
+    @cached_property
+    def velocities(self) -> AbsoluteVelocities:
+        """Every joint by itself."""
+        return AbsoluteVelocities.of_joints(self.arm.n_joints)
+
+    @cached_property
+    def torques(self) -> Torques:
+        """Every torque term and its weight."""
+        return self.absolute.velocities.in_joint_velocities(self.absolute.torques)
+
+    def torques_of_energy(self, term: EnergyTerm) -> Torques:
+        """Torque terms of one energy term with unit coefficient."""
+        return self.absolute.velocities.in_joint_velocities(self.absolute.torques_of_energy(term))
+
+    @property
+    def harmonics(self) -> Harmonics:
+        """The dynamics as sums of basis functions."""
+        return self.absolute.harmonics
+
+    @property
+    def energies(self) -> Energies:
+        """Every term of the energies, in absolute velocities, and its coefficient."""
+        return self.absolute.energies
+
+    @property
+    def program(self) -> Program:
+        """Its torque in the fewest operations known."""
+        return self.absolute.program
+
+    @property
+    def functions(self) -> Functions:
+        """D, h and c in the fewest operations known."""
+        return self.absolute.functions
+
+    @property
+    def squares(self) -> Squares:
+        """The form of squares."""
+        return self.absolute.squares
 
 
 def shipped_name(form: ExactForm) -> str:

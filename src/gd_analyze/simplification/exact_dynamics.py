@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,8 +14,9 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, peak_magnitude, round
 from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
+from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
 from gd_analyze.dynamics.torque_uncertainty import torque_uncertainty
-from gd_analyze.errors import GdAnalyzeWarning, require_type
+from gd_analyze.errors import GdAnalyzeWarning, require_type, warn_caller
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
 from gd_analyze.motions.trajectory import Motion, Trajectory, listed
@@ -192,7 +192,13 @@ class ExactDynamics:
         """The same with weights (N, n) of errors, see `States.weights`; equal if None."""
         if weights is None and self.states.weights is None:
             return self
-        dynamics = replace(self, states=replace(self.states, weights=weights))
+        return self._with_computed(replace(self, states=replace(self.states, weights=weights)))
+
+    def with_form(self, form: ExactForm) -> ExactDynamics:
+        """The same at the same states, with terms in other velocities."""
+        return self if form is self.form else self._with_computed(replace(self, form=form))
+
+    def _with_computed(self, dynamics: ExactDynamics) -> ExactDynamics:
         computed = {name: value for name, value in vars(self).items() if name not in vars(dynamics)}
         vars(dynamics).update(computed)
         return dynamics
@@ -231,13 +237,22 @@ def allowed_by(budget: Budget, by: ReferenceTorques, round_off: float = 0.0) -> 
     return np.maximum(budget.allowed(by), floor)
 
 
-def warn_without_torque(exact: ExactDynamics) -> None:
+def warn_of_torques(exact: ExactDynamics) -> None:
+    """Warn of torques at these states, or of the arm's weight, that the drives do not give, and of none."""
+    _warn_without_torque(exact)
+    if "trajectory" in exact.states.described:
+        warn_of_torque_limits(exact.arm, exact.states, exact.torque)
+    else:
+        warn_of_weight(exact.arm)
+
+
+def _warn_without_torque(exact: ExactDynamics) -> None:
     """Warn if no joint needs any torque: shares of torque are then meaningless."""
     if not exact.needs_torque:
         largest = f"{float(np.abs(exact.torque).max()):.1e} N m"
         text = f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest}): there is "
         text += "nothing to rank, and a model without operations is exact"
-        warnings.warn(text, GdAnalyzeWarning, stacklevel=3)
+        warn_caller(GdAnalyzeWarning(text))
 
 
 def require_exact(value: object) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations_with_replacement
@@ -16,6 +15,7 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
 from gd_analyze.harmonics.lagrangian import summed, torques_of
+from gd_analyze.harmonics.squares import Squares
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
@@ -37,18 +37,14 @@ class HarmonicLevel(CandidateLevel):
 
     has_torque_terms: ClassVar[bool] = True
 
-    @abstractmethod
-    def source(self, form: ExactForm, term: Any) -> Torques:
-        """Torque terms of a term with coefficient 1."""
-
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Sum the torque terms of all terms."""
         return summed((number, self.source(form, term)) for term, number in terms.items())
 
-    def term_torques(self, form: ExactForm, terms: Terms) -> TermTorques:
-        """Torques of terms, to be evaluated at any states."""
+    def term_torques(self, form: ExactForm, terms: Terms, numbers: IntegerArray | None = None) -> TermTorques:
+        """Torques of terms, or of candidates with a number for every term, to be evaluated at any states."""
         sources = [(weight, self.source(form, term)) for term, weight in terms.items()]
-        return TermTorques(form.velocities, sources)
+        return TermTorques(form.velocities, sources, numbers)
 
     def operations(self, form: ExactForm, terms: Terms, effort: Effort) -> int:
         """Operations of all torques."""
@@ -93,12 +89,15 @@ class HarmonicLevel(CandidateLevel):
         return torque_program(form.velocities, self.torques(form, terms), effort)
 
     def formulas(self, form: ExactForm, terms: Terms) -> tuple[Formula, ...]:
-        """Torques in absolute velocities, terms with the same velocities in brackets before them."""
-        return torque_formulas(form.velocities, self.torques(form, terms))
+        """Torques in the velocities of the terms; those with the same velocities in brackets before them."""
+        return torque_formulas(form.velocities, self._printed(form, terms))
 
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Absolute velocities, sines and cosines."""
-        return torque_legend(form.velocities, self.torques(form, terms))
+        return torque_legend(form.velocities, self._printed(form, terms))
+
+    def _printed(self, form: ExactForm, terms: Terms) -> Torques:
+        return Squares.of(form.torques).sum(self.torques(form, terms))
 
 
 class _TorqueEntry(Checked):
@@ -173,7 +172,7 @@ class TermLevel(HarmonicLevel):
         """Number terms of one energy coefficient equally; a term of several has its own number."""
         made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
         for energy, number in _numbered(form.energies).items():
-            for term in torques_of(energy, form.velocities):
+            for term in form.torques_of_energy(energy):
                 made_by[term].add(number)
         numbers = {term: number for number, term in enumerate(form.torques, start=len(form.energies))}
         numbers |= {term: next(iter(by)) for term, by in made_by.items() if len(by) == 1}

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,46 +21,47 @@ from gd_analyze.operations.program import Program, plain_program, read_back
 _CODE = ("certification", "dynamics", "harmonics", "motions", "operations", "robots", "simplification")
 
 
+# One or more programs of the same inputs: the torque, or D, h and c.
+Programs: TypeAlias = tuple[Program, ...]
+
+
 @dataclass(frozen=True)
 class Task:
-    """The exact program of an arm, which is slow to write."""
+    """Exact programs of an arm, which are slow to write."""
 
-    name: str  # of its entry in the cache
+    name: str  # of their entry in the cache
     n_joints: int = field(compare=False)
-    write: Callable[[], Program] = field(compare=False)
-    is_right: Callable[[Program], bool] = field(compare=False)  # compares it with the arm's recursion
-    shipped: Any = field(default=None, compare=False)  # plain values of a program from a longer search
+    write: Callable[[], Programs] = field(compare=False)
+    is_right: Callable[[Programs], bool] = field(compare=False)  # compares them with the arm's recursion
+    shipped: Any = field(default=None, compare=False)  # plain values of programs from a longer search
 
 
 def program_name(key: Any) -> str:
-    """Name a program by everything it depends on: `key`, see `name_of`, this code and its platform."""
+    """Name programs by everything it depends on: `key`, see `name_of`, this code and its platform."""
     return name_of([_surroundings(), key])
 
 
 @lru_cache(maxsize=256)
-def kept_program(task: Task) -> Program:
-    """Return a program as shipped, from the cache, or newly written; the last two are equal."""
+def kept_programs(task: Task) -> Programs:
+    """Return programs as shipped, from the cache, or newly written; the last two are equal."""
     for stored in (task.shipped, kept(task.name)):
-        with suppress(Exception):  # an entry may hold anything, and then the program is written anew
-            program = _read(stored, task)
-            if task.is_right(program):
-                return program
-    values = plain_program(task.write())
+        with suppress(Exception):  # an entry may hold anything, and then the programs are written anew
+            programs = _read(stored, task)
+            if task.is_right(programs):
+                return programs
+    values = [plain_program(program) for program in task.write()]
     keep(task.name, values)
     return _read(values, task)
 
 
-def _read(values: Any, task: Task) -> Program:
-    """A program from plain values; an exception for any other values."""
+def _read(values: Any, task: Task) -> Programs:
+    """Programs from plain values; an exception for any other values."""
     inputs = {f"{name}{joint + 1}" for name in ("q", "qd", "qdd") for joint in range(task.n_joints)}
-    steps, outputs = values
-    for cell in chain(outputs, *steps):
-        if type(cell) not in (str, float, int):  # of JSON, true is not 1
-            raise TypeError(f"{cell!r} is neither a name nor a number")
-    program = read_back(steps, outputs, inputs)
-    if len(program.outputs) != task.n_joints:
-        raise ValueError(f"{len(program.outputs)} outputs of {task.n_joints} joints")
-    return program
+    for steps, outputs in values:
+        for cell in chain(outputs, *steps):
+            if type(cell) not in (str, float, int):  # of JSON, true is not 1
+                raise TypeError(f"{cell!r} is neither a name nor a number")
+    return tuple(read_back(steps, outputs, inputs) for steps, outputs in values)
 
 
 @cache

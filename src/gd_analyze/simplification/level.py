@@ -114,8 +114,12 @@ class CandidateLevel(Level):
     """A level whose models keep some of the exact dynamics' terms."""
 
     @abstractmethod
-    def term_torques(self, form: ExactForm, terms: Terms) -> TermTorques:
-        """Torques of terms, to be evaluated at any states."""
+    def source(self, form: ExactForm, term: Any) -> Torques:
+        """Torque terms of a term with coefficient 1."""
+
+    @abstractmethod
+    def term_torques(self, form: ExactForm, terms: Terms, numbers: IntegerArray | None = None) -> TermTorques:
+        """Torques of terms, or of candidates with a number for every term, to be evaluated at any states."""
 
     @abstractmethod
     def inertia_term(self, term: Any) -> EnergyTerm | None:

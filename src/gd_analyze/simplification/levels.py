@@ -6,12 +6,13 @@ import math
 import numbers
 from dataclasses import dataclass
 
+from gd_analyze.arguments import require_flags_of, require_word
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import THOROUGH, Effort
+from gd_analyze.simplification.torque_program import FINAL, Effort
 from gd_analyze.text import SINE_PRICE
 
 # In the order of `text.LEVEL_NAMES`.
@@ -22,9 +23,7 @@ def level_named(level: str | Level) -> Level:
     """Find a level by its name."""
     if isinstance(level, Level):
         return level
-    if level not in LEVELS:
-        expected = ", ".join(LEVELS)
-        raise UsageError("there is no such level", where="level", expected=expected, found=str(level))
+    require_word(level, LEVELS, "level")
     return LEVELS[level]
 
 
@@ -37,16 +36,18 @@ class SearchOptions:
     # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
     operations: int | None = None
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
-    writing: Effort = THOROUGH  # spent on the program of the model
+    writing: Effort = FINAL  # spent on the program of the model
     effort: float = 1.0  # number of attempts, relative to the usual
     # Successive selections, which a search continues and extends.
     selections: list[Terms] | None = None
+    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
     most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
     within: float | None = None  # level fast: seconds after which the search ends with the best that holds
     dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         level = level_named(self.level)
         object.__setattr__(self, "level", level)
         if self.refit and not level.has_torque_terms:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
-from functools import cached_property, reduce
+from functools import cached_property
 
 import numpy as np
 
@@ -21,18 +21,12 @@ from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import Accuracy, SearchStep, budget_notice
+from gd_analyze.simplification.accuracy import STATED, Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import (
-    ROUGH,
-    THOROUGH,
-    effort_for,
-    functions_of_terms,
-    torque_program,
-)
+from gd_analyze.simplification.torque_program import FINAL, functions_of_terms, torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 # Most terms of equations shown in a notebook.
@@ -78,10 +72,12 @@ class SimplifiedModel:
         accuracy = self.accuracy
         joint = int(accuracy.shares.argmax())
         states = "set points" if "trajectory" in accuracy.fitted_on else "states tried"
+        states += "" if accuracy.measured else f", {STATED}"
         return (
-            f"{self.operations.total} of {self.operations_full.total} operations, error up to "
-            f"{percent(float(accuracy.shares[joint]))} of {accuracy.asked.shares_of} (joint {joint + 1}) at "
-            f"the {states}"
+            f"{self.operations.total} of {self.operations_full.total} operations, "
+            f"{self.operations.sines_cosines} of {self.operations_full.sines_cosines} sines and cosines, "
+            f"error up to {percent(float(accuracy.shares[joint]))} of {accuracy.asked.shares_of} "
+            f"(joint {joint + 1}) at the {states}"
         )
 
     def _repr_html_(self) -> str:
@@ -130,10 +126,20 @@ class SimplifiedModel:
 
     @property
     def saves(self) -> bool:
-        """Whether it takes fewer operations than exact: as D, h and c at level term, else as the torque."""
-        form = self.form
-        full = form.functions.operations if self.level.is_structured else form.operations
-        return self.operations_minimized.total < full.total
+        """Whether it takes fewer operations than exact in anything that it is offered for."""
+        return self.saves_torque or self.saves_functions
+
+    @property
+    def saves_torque(self) -> bool:
+        """Whether its torque takes fewer operations than the exact one."""
+        return self.operations.total < self.operations_full.total
+
+    @property
+    def saves_functions(self) -> bool:
+        """Whether its D, h and c take fewer operations than the exact ones, at a level that offers them."""
+        if not self.level.is_structured:
+            return False
+        return self.functions.operations.total < self.form.functions.operations.total
 
     @property
     def operations_minimized(self) -> OperationCount:
@@ -173,7 +179,7 @@ class SimplifiedModel:
 
         Raises a ModelError if its level has no torque terms.
         """
-        torques = self.form.velocities.in_joint_velocities(self.torques)
+        torques = self.form.printed(self.torques)
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
         factors = {factor for term in torques for factor in term.monomial}
         return Written(element_formulas(torques, drives), factor_legend(factors))
@@ -182,9 +188,8 @@ class SimplifiedModel:
     def operations_in_joint_velocities(self) -> int:
         """Multiplications and additions of its torques without absolute velocities."""
         n = self.arm.n_joints
-        joint_velocities = AbsoluteVelocities(tuple((joint,) for joint in range(n)), (1,) * n)
         torques = self.form.velocities.in_joint_velocities(self.torques)
-        return torque_program(joint_velocities, torques, THOROUGH).count.total
+        return torque_program(AbsoluteVelocities.of_joints(n), torques, FINAL).count.total
 
     @property
     def legend(self) -> Legend:
@@ -241,12 +246,10 @@ class SimplifiedModel:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
         if not self.level.has_torque_terms:
             return functions_of(self.program, self.arm.n_joints)
-        if self.program is self.form.program:
+        if self.terms == self.level.terms(self.form):
             return self.form.functions
-        # Sums with shared parts may take more operations than nested ones, which a search counts.
-        efforts = dict.fromkeys((ROUGH, effort_for(len(self.terms))))
-        candidates = [functions_of_terms(self.form.velocities, self.torques, effort) for effort in efforts]
-        return reduce(Functions.cheapest, candidates)
+        by_terms = functions_of_terms(self.form.velocities, self.torques, FINAL)
+        return by_terms.cheapest(functions_of(self.program, self.arm.n_joints, symmetric=True))
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.

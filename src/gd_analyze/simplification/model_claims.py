@@ -155,22 +155,22 @@ def _require_of(model: SimplifiedModel, stated: Accuracy | AlongMotion, along: s
         _require(model, f"{name}{along}", holds, values, expected)
 
 
-def require_states_named(model: SimplifiedModel) -> None:
-    """Raise a ModelError if the words of a certificate name other states than its numbers."""
+def with_states_named(model: SimplifiedModel) -> SimplifiedModel:
+    """Name the states of a certificate by its numbers."""
     stated = model.accuracy.certificate
     if stated is None:
-        return
+        return model
     if stated.margin:
         margin = Margin.parse(stated.margin).in_words(model.arm)
-        named = f"{margin} of {model.accuracy.fitted_on.get('trajectory')}"
+        where = f"{margin} of {model.accuracy.fitted_on.get('trajectory')}"
     else:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", GdAnalyzeWarning)  # given when the arm is read
             *limits, remark = vars(box_limits(model.arm)).values()
         stated_limits = stated.lower, stated.upper, stated.velocity, stated.acceleration
         is_all = all(np.array_equal(a, b) for a, b in zip(stated_limits, limits, strict=True))
-        named = f"the arm's limits{remark}" if is_all else "the box"
-    require_equal("where of certificate", stated.where, named)
+        where = f"the arm's limits{remark}" if is_all else "the box"
+    return model.stating(replace(model.accuracy, certificate=replace(stated, where=where)))
 
 
 def require_not_refuted(model: SimplifiedModel) -> None:

@@ -18,9 +18,9 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, path_of, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.formats import shipped_trajectories
-from gd_analyze.operations.program import OperationCount, plain_program, read_back
+from gd_analyze.operations.program import plain_program, read_back
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
-from gd_analyze.robots.description import arm_from_description, describe, fingerprint
+from gd_analyze.robots.description import arm_from_description, describe
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import (
     Accuracy,
@@ -30,7 +30,7 @@ from gd_analyze.simplification.accuracy import (
     Proven,
     SearchStep,
 )
-from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact import ExactForm, JointForm
 from gd_analyze.simplification.level import Checked
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel, require_model
@@ -40,13 +40,13 @@ from gd_analyze.simplification.model_claims import (
     require_consistent,
     require_equal,
     require_not_refuted,
-    require_states_named,
     require_terms_computed,
+    with_states_named,
 )
 from gd_analyze.text import field_fault, in_python, json_fault
 
 MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
-VERSION: Literal[5] = 5
+VERSION: Literal[6] = 6
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
 _BEGIN = 200  # bytes that hold the format's name
@@ -55,7 +55,6 @@ _MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
 
 class _JointError(Checked):
     joint: str
-    unit: str
     peak_torque: float
     allowed_error: float
     largest_error: float
@@ -110,7 +109,6 @@ class _Bound(Checked):
 class _Certificate(Checked):
     """Bounds on the torque error, and their box, or the smallest box around the tube."""
 
-    where: str
     joints: list[_Bound]
     effort: Annotated[int, Field(ge=1)]
     margin: str
@@ -128,20 +126,22 @@ class _Certificate(Checked):
         return Proven(
             **joints,
             **{name: getattr(self, name) for name in _ABOUT},
+            where="",  # follows from the numbers and the arm
             pieces=np.array(pieces).reshape(shape) if is_tube else None,
         )
 
 
 _PROVEN = ("certified", "lower", "upper", "velocity", "acceleration")
-_ABOUT = ("where", "effort", "margin", "trajectory_fingerprint")
+_ABOUT = ("effort", "margin", "trajectory_fingerprint")
 
 
 class ModelDocument(Checked):
     """The whole file."""
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[5]
+    version: Literal[6]
     level: str
+    velocities: Literal["absolute", "joint"]  # those of the terms
     drives: bool
     refitted: bool
     budget: str
@@ -152,10 +152,7 @@ class ModelDocument(Checked):
     norms: list[_Norm]
     search: list[SearchStep]
     certificate: _Certificate | None
-    operations: OperationCount
-    operations_apart: dict[str, OperationCount]  # of D, h and c as functions of their own
     gamma: Annotated[float, Field(ge=0.0)] | None
-    arm_fingerprint: str
     arm: dict[str, Any]
     terms: list[dict[str, Any]]  # in the level's own format
     steps: list[list[str | float]]
@@ -172,6 +169,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         format=MODEL_FORMAT,
         version=VERSION,
         level=model.level.name,
+        velocities="joint" if isinstance(model.form, JointForm) else "absolute",
         drives=model.drives,
         refitted=model.refitted,
         budget=accuracy.budget,
@@ -187,10 +185,7 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
         search=list(accuracy.steps),
         certificate=_certificate(model),
-        operations=model.operations,
-        operations_apart={name: program.count for name, program in model.functions._asdict().items()},
         gamma=accuracy.gamma,
-        arm_fingerprint=fingerprint(model.arm, model.drives),
         arm=describe(model.arm),
         terms=model.level.to_entries(model.terms),
         steps=steps,
@@ -205,7 +200,6 @@ def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_Joi
     return [
         _JointError(
             joint=joint.name,
-            unit=joint.effort_unit,
             peak_torque=errors.peak_torque[i],
             allowed_error=stated.allowed[i],
             largest_error=errors.largest[i],
@@ -234,6 +228,7 @@ def _certificate(model: SimplifiedModel) -> _Certificate | None:
 def _model_of(document: ModelDocument) -> SimplifiedModel:
     level = LEVELS[document.level]
     form = ExactForm(arm_from_description(document.arm), document.drives)
+    form = form.in_joint_velocities if document.velocities == "joint" else form
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(form.arm.n_joints)}
     allowed, errors, spread = _stated(document.errors)
     return SimplifiedModel(
@@ -272,24 +267,18 @@ def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArr
 def checked_model(document: ModelDocument, rebuilt: SimplifiedModel | None = None) -> SimplifiedModel:
     """Rebuild a model, unless `rebuilt` is given, and check it against its document."""
     model = rebuilt or _model_of(document)
-    require_equal("arm_fingerprint", document.arm_fingerprint, fingerprint(model.arm, model.drives))
-    require_equal("operations", document.operations, model.operations)
-    joints = [(joint.name, joint.effort_unit) for joint in model.arm.joints]
+    joints = [joint.name for joint in model.arm.joints]
     if document.certificate is not None:
-        named = [row.joint for row in document.certificate.joints]
-        require_equal("joints of certificate", named, [name for name, _ in joints])
+        require_equal("joints of certificate", [row.joint for row in document.certificate.joints], joints)
     for errors in (document.errors, *(motion.errors for motion in document.motions)):
-        require_equal("joints of errors", [(row.joint, row.unit) for row in errors], joints)
+        require_equal("joints of errors", [row.joint for row in errors], joints)
     if document.motions or "motions" in model.accuracy.fitted_on:
         total = sum(motion.set_points for motion in document.motions)
         require_equal("set_points of motions", total, model.accuracy.fitted_on.get("set_points"))
     require_terms_computed(model)
-    counts = {name: program.count for name, program in model.functions._asdict().items()}
-    require_equal("operations_apart", document.operations_apart, counts)
     require_consistent(model)
     require_not_refuted(model)
-    require_states_named(model)
-    return measured_where_possible(model)
+    return measured_where_possible(with_states_named(model))
 
 
 def save_model(model: SimplifiedModel, path: str | Path) -> None:

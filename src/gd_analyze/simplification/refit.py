@@ -71,7 +71,7 @@ class _Fit:
         choice = candidates.choice
         self._torque = choice.effects.dense().reshape(len(candidates), choice.base.size)
         self._target = self._torque.sum(axis=0) + choice.base.ravel()
-        self._parameter = candidates.level.numbers(candidates.form, list(candidates.terms))
+        self._parameter = candidates.parameters
         self._deciding: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 
     def best(self, selected: Mask) -> tuple[FloatArray, float]:

@@ -91,16 +91,16 @@ def selected_terms(
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:
-    """The candidates of D' at the states, and their places among all."""
-    level, elements, places = candidates.level, list[EnergyTerm](), list[int]()
-    for place, term in enumerate(candidates.terms):
+    """The terms of D' at the states, and the candidate of each."""
+    level, elements, rows = candidates.level, list[EnergyTerm](), list[int]()
+    for row, term in enumerate(candidates.terms):
         element = level.inertia_term(term)
         if element is not None:
             elements.append(element)
-            places.append(place)
-    weights = np.array(list(candidates.terms.values()))[places]
+            rows.append(row)
+    weights = np.array(list(candidates.terms.values()))[rows]
     velocities = exact.form.velocities
-    return InertiaTerms(velocities, elements, weights, exact.states.q), np.array(places, dtype=np.intp)
+    return InertiaTerms(velocities, elements, weights, exact.states.q), candidates.numbers[rows]
 
 
 def _with_usable_inertia(

@@ -9,6 +9,7 @@ import numpy as np
 
 from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.fast_search import fast_model
@@ -23,7 +24,7 @@ from gd_analyze.simplification.model import (
     with_rewriting,
 )
 from gd_analyze.simplification.search import TermProgress, quick_count, selected_terms
-from gd_analyze.simplification.torque_program import THOROUGH
+from gd_analyze.simplification.torque_program import FINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +70,16 @@ def simplify_exact(
         fast = fast_model(exact, exact.allowed(budget), str(budget), options, progress=progress, stage=stage)
         return replace(fast, provenance=dict(provenance or {}))
     stage(f"searching at level {options.level}")
-    model = with_gamma(exact, _at_level(exact, budget, options, progress))
+    trials = in_worthwhile_velocities(exact, exact.allowed(budget), options)
+    model = shortest([search_terms(trial, budget, options, progress) for trial in trials])
     return replace(model, provenance=dict(provenance or {}))
+
+
+def search_terms(
+    exact: ExactDynamics, budget: Budget, options: SearchOptions, progress: TermProgress = None
+) -> SimplifiedModel:
+    """Simplify as `simplify_exact` does at a level of terms, in the velocities of the exact dynamics."""
+    return with_gamma(exact, _at_level(exact, budget, options, progress))
 
 
 def _at_level(
@@ -134,7 +143,7 @@ def _within(
         model = exactly(sample, level, limit, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program, refitted=outcome.refitted)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
-        model = with_rewriting(model) if options.writing is THOROUGH else model
+        model = with_rewriting(model) if options.writing == FINAL else model
         model = model if options.dearer else no_dearer(sample, model)
         if sample is exact:
             break

@@ -14,7 +14,7 @@ from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import MANY_TERMS, largest_terms, require_few_terms
-from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.text import html_of, percent
@@ -102,6 +102,7 @@ def rank_terms(
         If the arm has too many terms to be written out.
     """
     require_exact(exact)
+    warn_of_torques(exact)
     require_few_terms(exact, level)
     exact = exact.weighed(None).thinned()
     all_terms = level.terms(exact.form)

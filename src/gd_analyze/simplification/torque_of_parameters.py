@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.errors import UsageError
-from gd_analyze.harmonics.lagrangian import summed_per_unit, torques_of
+from gd_analyze.harmonics.lagrangian import summed_per_unit
 from gd_analyze.harmonics.parameter_terms import energy_terms_of_parameters
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.operations.program import Program
@@ -36,9 +36,8 @@ def torque_of_parameters(model: SimplifiedModel, base: BaseParameters) -> Progra
     energies = energy_terms_of_parameters(model.form.harmonics, base)
     weights: Mapping[Any, FloatArray] = energies
     if not all(isinstance(term, EnergyTerm) for term in model.terms):
-        velocities = model.form.velocities
         weights = summed_per_unit(
-            (per_unit, torques_of(energy, velocities)) for energy, per_unit in energies.items()
+            (per_unit, model.form.torques_of_energy(energy)) for energy, per_unit in energies.items()
         )
     if not model.terms.keys() <= weights.keys():
         raise _refused(model, "a term that its geometry has not")

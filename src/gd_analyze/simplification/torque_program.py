@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator, Mapping
+from collections.abc import Hashable, Iterable, Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,32 +14,19 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.functions import Functions, inertia_program
 from gd_analyze.operations.program import UFUNCS, Program
-from gd_analyze.operations.sharing import SharedSums, factored, shared_sums
+from gd_analyze.operations.sharing import factored, shared_sums
 from gd_analyze.operations.trace import Trace
 
-
-class Effort(NamedTuple):
-    """Time to spend on a program of few operations."""
-
-    shared: int  # most torque terms for which common parts of rows are searched
-    rearranging: int = 0  # rearrangements tried, times the operations; 0 disables other forms, too
-
-
+# Most torque terms for which common parts of rows are searched, beside nested sums.
+Effort: TypeAlias = int
 # Milliseconds, within a search.
-ROUGH: Effort = Effort(0)
+ROUGH: Effort = 0
 # Hundredths of a second, within a search.
-COUNTING: Effort = Effort(80)
-# Hundredths of a second, for intermediate models, such as the points of a curve.
-POINT: Effort = Effort(600)
-# Some tenths of a second, for a result: 3 to 6 % fewer operations.
-THOROUGH: Effort = Effort(600, 15_000)
+COUNTING: Effort = 80
+# Hundredths of a second, for a model whose count is stated.
+FINAL: Effort = 600
 # Most terms of D, h and c that a person reads; of more, a program is not searched for shared parts.
 READABLE = 250
-
-
-def effort_for(terms: int) -> Effort:
-    """Effort worth spending on a program of this many terms."""
-    return POINT if terms <= READABLE else ROUGH
 
 
 class TorqueVariables:
@@ -130,28 +117,28 @@ def _distinct(polynomials: _Polynomials) -> tuple[list[_Polynomial], dict[_Key, 
     return distinct, places
 
 
-_PARTNER = {"cos": "sin", "sin": "cos"}
-
-
 def torque_program(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Program:
-    """Write torque terms as a program: nested, with shared parts, or rearranged, as the effort allows."""
-    return program_of_terms("torque", velocities, tuple(sorted(terms.items())), effort)
+    """Write torque terms as a program: nested, or with shared parts if the effort allows that many terms."""
+    return program_of_terms("torque", velocities, terms, effort)
 
 
-@lru_cache(maxsize=256)
 def program_of_terms(
+    quantity: str, velocities: AbsoluteVelocities, terms: Torques, effort: Effort
+) -> Program:
+    """Write the torque, or D ("inertia"), h or c, from terms."""
+    return _program_of_terms(quantity, velocities, tuple(sorted(terms.items())), effort)
+
+
+@lru_cache(maxsize=512)
+def _program_of_terms(
     quantity: str, velocities: AbsoluteVelocities, terms: tuple[tuple[TorqueTerm, float], ...], effort: Effort
 ) -> Program:
-    """Write the torque, or D ("inertia"), h or c, from terms; models of one search often share some."""
+    """The same of sorted terms; models of one search often share some."""
     weights = dict(terms)
-    if len(weights) > effort.shared:
-        program = nested_program(velocities, weights)
-    elif not effort.rearranging:
-        program = next(_shared(velocities, weights, effort))
-    else:
-        programs = [nested_program(velocities, weights, in_line=in_line) for in_line in (False, True)]
-        programs += _shared(velocities, weights, effort)
-        program = min(programs, key=lambda program: program.count.total)
+    programs = [nested_program(velocities, weights)]
+    if len(weights) <= effort:
+        programs += [nested_program(velocities, weights, in_line=True), _shared_program(velocities, weights)]
+    program = min(programs, key=lambda program: program.count.total)
     return inertia_program(program, velocities.n_joints, symmetric=True) if quantity == "inertia" else program
 
 
@@ -190,21 +177,18 @@ def _without_last_digits(number: float) -> float:
 
 def functions_of_terms(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Functions:
     """D, of which the upper half is computed, h and c from their own terms, each written for itself."""
-    parts: dict[str, list[tuple[TorqueTerm, float]]] = {name: [] for name in DYNAMICS_QUANTITIES}
-    for term in sorted(terms):
-        parts[term.quantity].append((term, terms[term]))
+    parts: dict[str, dict[TorqueTerm, float]] = {name: {} for name in DYNAMICS_QUANTITIES}
+    for term, weight in terms.items():
+        parts[term.quantity][term] = weight
     return Functions(
-        *(program_of_terms(quantity, velocities, tuple(part), effort) for quantity, part in parts.items())
+        *(program_of_terms(quantity, velocities, part, effort) for quantity, part in parts.items())
     )
 
 
-def _shared(velocities: AbsoluteVelocities, terms: Torques, effort: Effort) -> Iterator[Program]:
-    for sums in shared_sums(_rows(velocities, terms), _circles(terms), effort.rearranging):
-        yield _program(velocities, sums)
-
-
-def _program(velocities: AbsoluteVelocities, sums: SharedSums) -> Program:
+def _shared_program(velocities: AbsoluteVelocities, terms: Torques) -> Program:
+    """Sums of products with shared parts."""
     trace = Trace()
+    sums = shared_sums(_rows(velocities, terms))
     return Program.of(trace, velocities.joint_rows(sums.values(TorqueVariables.traced(velocities, trace))))
 
 
@@ -215,13 +199,3 @@ def _rows(velocities: AbsoluteVelocities, terms: Torques) -> list[dict[Any, floa
         if terms[term] != 0.0:
             rows[term.row][(*term.velocities, *term.monomial)] = terms[term]
     return rows
-
-
-def _circles(terms: Torques) -> dict[Hashable, Hashable]:
-    """Sines and cosines, each mapped to the other of its angle."""
-    return {
-        (kind, multiples): (_PARTNER[kind], multiples)
-        for term in sorted(terms)
-        for kind, multiples in term.monomial
-        if kind in _PARTNER
-    }

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactForm, too_many_terms
-from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
 from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.torque_program import POINT, THOROUGH
 from gd_analyze.threads import one_thread
 
 # Level and refit: every level of single terms, with a refit and without.
@@ -52,6 +52,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[LevelAndRefit, tuple[TradeOf
     return {kind: tuple(p for p in ordered if (p.level, p.refit) == kind) for kind in kinds}
 
 
+@strict
 @one_thread()
 def trade_off(
     exact: ExactDynamics,
@@ -88,6 +89,7 @@ def trade_off(
         Points (`TradeOffPoint`) by kind and growing budget.
     """
     require_exact(exact)
+    warn_of_torques(exact)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
@@ -97,7 +99,7 @@ def trade_off(
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)
-            options = SearchOptions(level, refit, thorough=thorough, writing=THOROUGH if thorough else POINT)
+            options = SearchOptions(level, refit, thorough=thorough)
             try:
                 model = simplify_exact(exact, scaled, options)
             except TooManyTermsError:  # so many that any model costs more than the exact torque

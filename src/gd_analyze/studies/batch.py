@@ -10,9 +10,11 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
+from gd_analyze.arguments import require_words
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import (
     GdAnalyzeError,
@@ -133,9 +135,9 @@ def batch(
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
         rows, base_folder = checked_rows(table, "rows"), Path()
-    for kind, choices, names in (("format", RESULT_FILES, formats), ("table", TABLES, to)):
-        for unknown in sorted(set(names) - set(choices)):
-            raise UsageError(f"there is no {kind} {unknown!r}", where=kind, expected=", ".join(choices))
+    require_words(formats, RESULT_FILES, "formats")
+    require_words(to, TABLES, "to")
+    require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
         raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)
@@ -236,6 +238,8 @@ def _headline(findings: Findings) -> dict[str, Any]:
         "drives_used": model.drives,
         "model_operations": model.operations.total,
         "exact_operations": model.operations_full.total,
+        "model_sines_cosines": model.operations.sines_cosines,
+        "exact_sines_cosines": model.operations_full.sines_cosines,
         **facts,
         "warnings": "; ".join(findings.warnings),
         **{f"{k}_{i}": x for k, row in by_joint.items() for i, x in enumerate(row.tolist(), start=1)},
@@ -300,6 +304,8 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         ("trajectory", "trajectory", "name"),
         ("model_operations", "operations", "count"),
         ("exact_operations", "of", "count"),
+        ("model_sines_cosines", "sin, cos", "count"),
+        ("exact_sines_cosines", "of", "count"),
         ("sampled_error", "sampled", "percent"),
         ("proven_error", "proven", "bound_percent"),
     )

@@ -104,7 +104,9 @@ def stops_table(stops: Sequence[Stop], positions: Sequence[int], arm: RobotArm) 
 def _row(stop: Stop) -> dict[str, Any]:
     """Figures of a stop's model."""
     if stop.held is None:
-        unknown = {"terms": -1, "operations": -1, "operations_torque": -1}
+        unknown = dict.fromkeys(
+            ("terms", "operations", "operations_torque", "sines_cosines", "sines_cosines_torque"), -1
+        )
         return {**unknown, "terms_beyond": stop.terms_beyond, "proven_share": np.nan, "gamma": np.nan}
     model, certificate = stop.held.model, stop.held.certificate
     gamma, allowed = model.accuracy.gamma, model.accuracy.allowed
@@ -112,6 +114,8 @@ def _row(stop: Stop) -> dict[str, Any]:
         "terms": len(model.terms),
         "operations": model.functions.operations.total,
         "operations_torque": model.operations.total,
+        "sines_cosines": model.functions.operations.sines_cosines,
+        "sines_cosines_torque": model.operations.sines_cosines,
         "terms_beyond": stop.terms_beyond,
         "proven_share": np.nan if certificate is None else (certificate.counting / allowed).max(),
         "gamma": np.nan if gamma is None else gamma,

@@ -226,7 +226,7 @@ def control(
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_trajectory_joints(motion, model.arm)
-    warned_so_far = Warned(list(dict.fromkeys(warned)), lambda texts: None)
+    warned_so_far = Warned(list(dict.fromkeys(warned)))
     with warned_so_far.collecting():
         check_against_arm(motion, moved)
         followed = followable(motion)

@@ -21,6 +21,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.between import Between
 from gd_analyze.dynamics.drivetrain import Drivetrain
@@ -204,6 +205,7 @@ class ControlSettings:
     tolerance: Tolerance = field(default_factory=Tolerance)
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         periodic = [rate for rate in self.rates if rate != CONTINUOUS]
         for name, values, low, high, unit in (
             ("bandwidth", [self.bandwidth], 0.01, 1e4, "rad/s"),

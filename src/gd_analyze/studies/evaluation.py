@@ -1,4 +1,7 @@
-"""Errors of a model on motions or at other states, and a verdict: on what it states, or on a budget."""
+"""Errors of a model on motions or at other states, and the one verdict: on what it states, or on a budget.
+
+`EvaluatedMotion.verdicts` decides joint by joint; everything that is printed or written reads it.
+"""
 
 from __future__ import annotations
 
@@ -11,19 +14,22 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
+from gd_analyze.certification.held import stated_region
+from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, motions_of
-from gd_analyze.motions.states import States
+from gd_analyze.motions.states import States, in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.simplification.accuracy import Accuracy, ErrorTable, share_of
+from gd_analyze.simplification.accuracy import STATED, Accuracy, ErrorTable, share_of
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact_dynamics import allowed_by
 from gd_analyze.simplification.model import SimplifiedModel, require_model
@@ -36,6 +42,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _Stated: TypeAlias = Literal["promise", "stated"]
+Outcome: TypeAlias = Literal["passed", "failed", "not judged"]
+
+
+def is_passed(verdict: Outcome) -> bool | None:
+    """The verdict as True, False, or None if there is none."""
+    return None if verdict == "not judged" else verdict == "passed"
+
+
+class _Limit(NamedTuple):
+    """Error above which joints fail, and the states that it is for."""
+
+    most: FloatArray | None  # (n,); None without one
+    judged: NDArray[np.bool_]  # (N,)
+    unchecked: bool = False  # whether a file states it, which nobody has proven or measured again
 
 
 class BesideMeasured(NamedTuple):
@@ -51,20 +71,29 @@ class EvaluatedMotion(ModelTorque):
 
     trajectory: Trajectory | None  # None for other states
     accuracy: Accuracy  # the model's promise, for this motion if it was fitted on several
-    most: FloatArray | None  # error above which a joint fails, (n,); None without a verdict
-    judged: NDArray[np.bool_]  # states with a verdict, (N,)
+    limit: _Limit
+    strict: bool  # whether states that are not judged fail
     exits: tuple[BoxExit, ...]  # where the motion leaves the box
     outside: Array  # whether each state lies outside, (N,)
     measured: BesideMeasured | None  # None where no torques were recorded
 
     def __repr__(self) -> str:
-        failed = int(self.fails.sum())
-        return f"EvaluatedMotion({self.name!r}, {f'{failed} joints fail' if failed else 'no joint fails'})"
+        return f"EvaluatedMotion({self.name!r}, {self.verdict})"
 
     @property
     def name(self) -> str:
         """Name of the motion, or the states in words."""
         return self.dynamics.states.in_words if self.trajectory is None else self.trajectory.name
+
+    @property
+    def most(self) -> FloatArray | None:
+        """Error above which a joint fails, (n,); None if nothing is judged."""
+        return self.limit.most
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """Whether each state is judged, (N,)."""
+        return self.limit.judged
 
     @cached_property
     def counted(self) -> FloatArray:
@@ -75,18 +104,26 @@ class EvaluatedMotion(ModelTorque):
 
     @property
     def fails(self) -> NDArray[np.bool_]:
-        """Whether each joint's error is above its limit; False without a verdict."""
+        """Whether each joint's error is above its limit, (n,); False if nothing is judged."""
         return np.zeros(len(self.counted), dtype=bool) if self.most is None else self.counted > self.most
 
     @property
-    def passed(self) -> bool | None:
-        """Whether no joint fails; None without a verdict."""
-        return None if self.most is None else not self.fails.any()
+    def verdicts(self) -> tuple[Outcome, ...]:
+        """Outcome on each joint."""
+        if self.strict and not self.judged.all():
+            return tuple(["failed"] * len(self.counted))
+        words: list[Outcome] = ["failed" if fails else "passed" for fails in self.fails.tolist()]
+        return tuple(words if self.most is not None else ["not judged"] * len(words))
 
     @property
-    def keeps_promise(self) -> NDArray[np.bool_]:
-        """Whether each joint keeps the model's promise, shape (n,)."""
-        return np.asarray(self.within(self.accuracy.allowed))
+    def verdict(self) -> Outcome:
+        """Outcome on the motion: failed if a joint is."""
+        return "failed" if "failed" in self.verdicts else self.verdicts[0]
+
+    @property
+    def passed(self) -> bool | None:
+        """The verdict as True, False, or None if there is none."""
+        return is_passed(self.verdict)
 
     @cached_property
     def at(self) -> FloatArray:
@@ -125,7 +162,7 @@ class Evaluation:
     fail_over
         Error above which a joint fails: a budget, "promise", "stated", or None without a verdict.
     strict
-        Whether states without a verdict fail.
+        Whether states that are not judged fail.
     motions
         The model's torque and errors along each motion; other states count as one.
     """
@@ -155,48 +192,59 @@ class Evaluation:
 
     @property
     def not_judged(self) -> tuple[EvaluatedMotion, ...]:
-        """Motions with set points that have no verdict, although one was asked for."""
+        """Motions with states that are not judged, although a verdict was asked for."""
         if self.fail_over is None:
             return ()
         return tuple(motion for motion in self.motions if not motion.judged.all())
 
     @property
-    def passed(self) -> bool:
-        """Whether no joint fails on any motion; if `strict`, also whether every set point has a verdict."""
-        return not self.failures and not (self.strict and self.not_judged)
+    def verdict(self) -> Outcome:
+        """The verdict: failed if a motion is, not judged if none is."""
+        verdicts = {motion.verdict for motion in self.motions}
+        return "failed" if "failed" in verdicts else "passed" if "passed" in verdicts else "not judged"
 
     @property
-    def verdict(self) -> str:
-        """The verdict in words; "" without one."""
+    def passed(self) -> bool | None:
+        """The verdict as True, False, or None if there is none."""
+        return is_passed(self.verdict)
+
+    @property
+    def unchecked(self) -> bool:
+        """Whether a limit is one that a file states and nobody has proven or measured again."""
+        return any(motion.limit.unchecked for motion in self.motions)
+
+    @property
+    def stated_for(self) -> str:
+        """States for which the model states its error, in words."""
+        certificate, fitted_on = self.model.accuracy.certificate, self.model.accuracy.fitted_on
+        if certificate is not None:
+            return certificate.where
+        return in_words(fitted_on) if fitted_on else "states not named"
+
+    @property
+    def in_words(self) -> str:
+        """The verdict in a sentence; "" if none was asked for."""
         if self.fail_over is None:
             return ""
         options = f"(--fail-over {self.fail_over}{', --strict' if self.strict else ''})"
-        judged = [motion for motion in self.motions if motion.most is not None]
-        if not judged:
-            reason = f"the model states nothing for {'these states' if len(self.motions) == 1 else 'them'}"
-            return f"{'Failed' if self.strict else 'Not judged'}: {reason} {options}."
-        failed, total = sum(not motion.passed for motion in judged), len(self.motions)
-        if total == 1:
-            text = "Failed" if failed else "Passed"
-            if self.not_judged:
-                count = int(judged[0].judged.sum())
-                text += f" at {count} of {len(judged[0].judged)} states, the others not judged"
-        else:
-            counts = {"failed": failed, "passed": len(judged) - failed, "not judged": total - len(judged)}
-            partly = len(self.not_judged) - counts["not judged"]
+        verdicts, total = [motion.verdict for motion in self.motions], len(self.motions)
+        text = self.verdict.capitalize()
+        if total > 1 and any(motion.judged.any() for motion in self.motions):
             words = [
-                f"{name} on {count}" if name != "not judged" else f"{count} {name}"
-                for name, count in counts.items()
-                if count
+                f"{verdict} on {count}" if verdict != "not judged" else f"{count} not judged"
+                for verdict in ("failed", "passed", "not judged")
+                if (count := verdicts.count(verdict))
             ]
             words[0] += f" of {total} motions"
             text = ", ".join(words)
-            if partly:
-                text += f", {partly} judged in part"
-            text = text[0].upper() + text[1:]
-        if not self.passed and not failed:
-            text = f"Failed: {text[0].lower()}{text[1:]}"
-        return f"{text} {options}."
+        if self.not_judged and total == 1 and (count := int(self.motions[0].judged.sum())):
+            text += f" at {count} of {len(self.motions[0].judged)} states, the others not judged"
+        elif self.not_judged and not any(motion.judged.any() for motion in self.motions):
+            text += f": the model states its error for {self.stated_for} alone"
+        elif partly := sum(0 < motion.judged.sum() < len(motion.judged) for motion in self.motions):
+            text += f", {partly} judged in part"
+        by = f", by limits {STATED}" if self.unchecked else ""
+        return f"{text[0].upper()}{text[1:]}{by} {options}."
 
     @property
     def worst(self) -> tuple[EvaluatedMotion, int]:
@@ -215,8 +263,8 @@ class Evaluation:
         return worst, int(shares(worst).argmax())
 
     def __repr__(self) -> str:
-        verdict = "" if self.fail_over is None else f", {'passed' if self.passed else 'failed'}"
-        if self.not_judged and self.passed:
+        verdict = "" if self.fail_over is None else f", {self.verdict}"
+        if self.not_judged and self.verdict == "passed":
             verdict += f", {len(self.not_judged)} not judged"
         count, worst = len(self.motions), self.errors.worst
         error = f"error up to {percent(float(self.errors.largest_share.max()))} of peak torque"
@@ -232,16 +280,13 @@ class Evaluation:
                 torques = (errors.peak_torque, errors.largest, errors.rms)
                 peak, largest, rms = (amount(float(values[i]), joint.effort_unit) for values in torques)
                 share = percent(float(errors.largest_share[i]))
-                as_promised = "yes" if motion.keeps_promise[i] else "no"
-                passes = "–"
-                if motion.most is not None:
-                    passes = "no" if motion.fails[i] else "yes"
                 names = motion.name, joint_name(i + 1, joint.name)
-                rows.append([*names, peak, largest, share, rms, as_promised, passes])
+                rows.append([*names, peak, largest, share, rms, motion.verdicts[i]])
         headings = ["motion", "joint", "peak torque", "largest error", "of peak torque", "RMS error"]
-        return html_of(repr(self), [*headings, "as promised", "passes"], rows)
+        return html_of(repr(self), [*headings, "verdict"], rows)
 
 
+@strict
 @one_thread()
 def evaluate(
     model: SimplifiedModel,
@@ -268,8 +313,9 @@ def evaluate(
         version of it. Its drives are included if they are part of the model.
     fail_over
         Error above which a joint fails. A budget per joint: its shares are of the joint's torque along the
-        same motion, or over all motions if it needs none there. "promise": the model's own budget. "stated":
-        the bound of its certificate at states within, or the allowed error at those it was fitted on; others
+        same motion, or over all motions if it needs none there. "promise": the model's own budget, wherever
+        it was fitted. "stated": its budget at the states it was fitted on, and the bound of its certificate
+        within its region, which is near a motion that is given or shipped, or within limits; other states
         are not judged. None: no verdict.
     strict
         Fail where states are not judged.
@@ -319,9 +365,10 @@ def evaluate(
         for trajectory in trajectories
     ]
     peaks = np.max([computed.errors.peak_torque for _, computed in computed_torques], axis=0)
+    region = stated_region(model, [motion for motion in trajectories if motion is not None])
     motions = []
     for trajectory, computed in computed_torques:
-        motions.append(_evaluated(model, trajectory, computed, limit, box, peaks))
+        motions.append(_evaluated(model, trajectory, computed, limit, strict, region, box, peaks))
         if progress is not None:
             progress(1)
     return Evaluation(model, box, limit, strict, tuple(motions))
@@ -331,7 +378,9 @@ def _evaluated(
     model: SimplifiedModel,
     motion: Trajectory | None,
     computed: ModelTorque,
-    limit: Budget | _Stated | None,
+    fail_over: Budget | _Stated | None,
+    strict: bool,
+    region: Box | Tube | None,
     box: Box,
     peaks: FloatArray,
 ) -> EvaluatedMotion:
@@ -339,16 +388,19 @@ def _evaluated(
     exact, states = computed.dynamics, computed.dynamics.states
     arm, measured = exact.arm, None
     accuracy = model.accuracy.along(str(states.described.get("trajectory_fingerprint", "")))
-    largest_allowed, judged = None, np.full(len(states), limit is not None)
-    if limit == "promise":
-        largest_allowed = accuracy.allowed
-    elif limit == "stated":
-        largest_allowed, judged = _as_stated(model, accuracy, states)
-    elif limit is not None:
+    everywhere = np.ones(len(states), dtype=bool)
+    if fail_over is None:
+        limit = _Limit(None, ~everywhere)
+    elif fail_over == "promise":
+        limit = _Limit(accuracy.allowed, everywhere, not accuracy.measured)
+    elif fail_over == "stated":
+        limit = _as_stated(model, accuracy, region, states)
+    else:
         # A share of torque is undefined for a joint that needs none along this motion.
         needs_torque = computed.errors.peak_torque > 0.0
         over_all = ReferenceTorques(arm, peaks, exact.uncertainty)
-        largest_allowed = np.where(needs_torque, exact.allowed(limit), allowed_by(limit, over_all))
+        allowed = np.where(needs_torque, exact.allowed(fail_over), allowed_by(fail_over, over_all))
+        limit = _Limit(allowed, everywhere)
     if motion is not None:
         warn_of_torque_limits(arm, states, exact.torque)
         if motion.recording is not None and motion.recording.torque is not None:
@@ -361,8 +413,8 @@ def _evaluated(
         computed.norms,
         motion,
         accuracy,
-        largest_allowed,
-        judged,
+        limit,
+        strict,
         () if motion is None else box_exits(arm, motion, box),
         outside_of(arm, box, states),
         measured,
@@ -370,25 +422,31 @@ def _evaluated(
 
 
 def _as_stated(
-    model: SimplifiedModel, accuracy: Accuracy, states: States
-) -> tuple[FloatArray | None, NDArray[np.bool_]]:
-    """Error that the model states at these states, (n,) or None, and whether it is for each, (N,)."""
+    model: SimplifiedModel, accuracy: Accuracy, region: Box | Tube | None, states: States
+) -> _Limit:
+    """What the model states at these states: its budget where it was fitted, its bound in its region."""
     certificate, motion = model.accuracy.certificate, states.described.get("trajectory_fingerprint")
-    all_states = np.ones(len(states), dtype=bool)
-    if certificate is not None and not certificate.trajectory_fingerprint:
-        limits = certificate.lower, certificate.upper, certificate.velocity, certificate.acceleration
-        inside = ~outside_of(model.arm, Box(*limits), states)
-        if inside.any():
-            return certificate.certified, inside
-    elif certificate is not None and certificate.trajectory_fingerprint == motion:
-        return certificate.certified, all_states
+    everywhere = np.ones(len(states), dtype=bool)
     fitted_on = accuracy.fitted_on
     is_fitted = (
         fitted_on.get("trajectory_fingerprint") == motion
         if motion
         else bool(fitted_on) and dict(fitted_on) == dict(states.described)
     )
-    return (accuracy.allowed, all_states) if is_fitted else (None, ~all_states)
+    inside = ~everywhere
+    if isinstance(region, Tube):
+        inside = everywhere if region.fingerprint == motion else region.contains(*states.arrays)
+    elif region is not None:
+        inside = ~outside_of(model.arm, region, states)
+    if is_fitted:
+        most, unchecked = accuracy.allowed, not accuracy.measured
+        if certificate is not None and inside.all():  # both statements hold
+            most = np.minimum(most, certificate.certified)
+            unchecked |= not certificate.proven_here
+        return _Limit(most, everywhere, unchecked)
+    if certificate is not None and inside.any():
+        return _Limit(certificate.certified, inside, not certificate.proven_here)
+    return _Limit(None, ~everywhere)
 
 
 def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:

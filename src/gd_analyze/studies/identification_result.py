@@ -23,6 +23,7 @@ from gd_analyze.figures.figure import (
 )
 from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
@@ -57,8 +58,8 @@ def _models(identification: Identification) -> dict[str, str]:
 class Supported(NamedTuple):
     """The simplified model with a torque error up to the identified arm's uncertainty, along the log."""
 
-    operations: int
-    operations_exact: int
+    operations: OperationCount
+    operations_exact: OperationCount
     share: FloatArray  # uncertainty over each joint's peak torque, (n,)
 
 
@@ -84,7 +85,7 @@ def supported(identification: Identification, motion: Trajectory) -> Supported:
     exact = ExactDynamics.of(identification.arm, sample, drives=True)
     model = simplify_exact(exact, Budget.of(SUPPORTED), SearchOptions(thorough=False))
     assert exact.uncertainty is not None  # of an identified arm
-    count = model.operations.total, model.operations_full.total
+    count = model.operations, model.operations_full
     return Supported(*count, exact.uncertainty / np.maximum(exact.peak_torque, 1e-300))
 
 
@@ -116,7 +117,12 @@ def identification_result(
         share = float(answer.share.max())
         note = f"joint {int(answer.share.argmax()) + 1}"
         facts[:0] = [
-            Fact("supported_operations", "Operations supported", answer.operations, text=_operations(answer)),
+            Fact(
+                "supported_operations",
+                "Operations supported",
+                answer.operations.total,
+                text=_operations(answer),
+            ),
             Fact("torque_uncertainty", "Uncertainty of torque, of its peak", share, "", "percent", note=note),
         ]
     return Result(
@@ -158,7 +164,7 @@ _SHADED = "Grey: rows that were predicted, not fitted."
 
 
 def _operations(answer: Supported) -> str:
-    return f"{answer.operations} of {answer.operations_exact}"
+    return f"{answer.operations.in_words} of {answer.operations_exact.pair}"
 
 
 def _headline(identification: Identification, answer: Supported | None) -> str:
@@ -183,7 +189,7 @@ def _headline(identification: Identification, answer: Supported | None) -> str:
     if identification.doubts:
         remark = f" ({len(identification.doubts) - 1} more below)" if len(identification.doubts) > 1 else ""
         return f"Doubtful: {identification.doubts[0]}{remark}. {text}"
-    return text if answer is None else f"Your log supports {_operations(answer)} operations. {text}"
+    return text if answer is None else f"Your log supports {_operations(answer)}. {text}"
 
 
 def _notices(identification: Identification) -> Iterator[str]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import fields, replace
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Protocol
 
+from gd_analyze.arguments import require_words, strict
 from gd_analyze.errors import UsageError, Warned, require_type
 from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
@@ -34,9 +35,6 @@ class JobProgress(StepProgress, Protocol):
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Take the first answer, the result of `rank` at a budget, while models are searched."""
 
-    def warn(self, texts: Sequence[str]) -> None:
-        """Take the warnings of a step that has ended."""
-
 
 class _Silent:
     def __call__(self, label: str, total: int | None = None) -> None: ...
@@ -45,9 +43,8 @@ class _Silent:
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None: ...
 
-    def warn(self, texts: Sequence[str]) -> None: ...
 
-
+@strict
 @one_thread()
 def analyze(
     arm: RobotArm | str | Path,
@@ -91,6 +88,11 @@ def analyze(
     GdAnalyzeError
         As for `find`.
 
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of all that is suspicious about arm and motion; `Findings.warnings` has the same.
+
     Examples
     --------
     >>> import gd_analyze as gd
@@ -106,17 +108,19 @@ def analyze(
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
     require_type(settings, (Settings, NoneType), "settings", "a Settings object, or None")
-    require_type(formats, (list, tuple, set, frozenset), "formats", f"some of {', '.join(RESULT_FILES)}")
+    require_words(formats, RESULT_FILES, "formats")
     parsed = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, parsed)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
-    folder, arm = path_of(out), arm_of(arm)
-    motion = trajectory_of(trajectory, arm)
+    folder, warned = path_of(out), Warned()
+    with warned.collecting():
+        arm = arm_of(arm)
+        motion = trajectory_of(trajectory, arm)
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-    findings = find(arm, motion, parsed)
+    findings = find(arm, motion, parsed, warned=warned.texts)
     del motion  # the findings hold what is shown of a long one, whose memory the reports can use
     write_findings(findings, folder, formats, strangers)
     return findings
@@ -158,12 +162,11 @@ def find(
         disagrees with Pinocchio.
     """
     progress = progress or _Silent()
-    warned_so_far = Warned(list(dict.fromkeys(warned)), progress.warn)
+    warned_so_far = Warned(list(dict.fromkeys(warned)))
     settings = settings or Settings()
 
-    # What is suspicious in the files themselves is told by whoever reads them.
-    inputs = read_step(arm, trajectory, settings, command)
     with warned_so_far.collecting():
+        inputs = read_step(arm, trajectory, settings, command)
         warn_of_inputs(inputs)
         dynamics = decompose_step(inputs, progress)
     with warned_so_far.collecting():

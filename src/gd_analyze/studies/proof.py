@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from typing import Any
-from warnings import catch_warnings
 
 import numpy as np
 
@@ -14,18 +12,16 @@ from gd_analyze.certification import certificate as bounds
 from gd_analyze.certification import positive_definite
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import Certificate, certify, largest_torque
+from gd_analyze.certification.held import stated_region
 from gd_analyze.certification.positive_definite import Definiteness, certify_positive_definite
 from gd_analyze.certification.tube import Tube
-from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.transform import harmonics_of
-from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.margin import Margin
-from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Column, Fact, Result, Table, joint_columns
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.simplification.accuracy import STATED, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import rounded_up, share_up
 
@@ -68,7 +64,7 @@ def proof(
     notices = [certificate.note]
     if not accuracy.measured:
         states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
-        notices.append(f"Allowed and sampled errors are stated by the file for {states}, not measured.")
+        notices.append(f"Allowed and sampled errors are {STATED} for {states}, not measured.")
     within = "the arm's limits" if motion is None else "the motion's margins"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     return Result(
@@ -79,7 +75,7 @@ def proof(
             Fact("arm", "", arm.name),
             Fact("level", "", model.level.name),
             Fact("budget", "Budget", accuracy.budget),
-            Fact("allowed_and_largest_error", "", "measured" if accuracy.measured else "stated by the file"),
+            Fact("allowed_and_largest_error", "", "measured" if accuracy.measured else STATED),
             Fact("from", "", region.where),
             Fact("box", "", limits),
             Fact("tube", "", _tube(certificate)),
@@ -102,19 +98,16 @@ def proven_again(
     if stated is None:
         next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
         raise UsageError("the model states no certificate", where="--check", next_step=next_step)
-    region: Box | Tube = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration, stated.where)
-    if stated.trajectory_fingerprint:
-        motion = motion or _shipped(model.arm, stated.trajectory_fingerprint)
-        if motion is None or motion.fingerprint != stated.trajectory_fingerprint:
-            name = "none" if motion is None else motion.name
-            raise UsageError(
-                "the certificate is for another motion",
-                where="--check",
-                expected=f"the certificate's motion: {stated.where}",
-                found=name,
-                next_step="name its file with --along",
-            )
-        region = Tube.along(model.arm, motion, stated.margin)
+    region = stated_region(model, [motion] if motion else [])
+    is_other = isinstance(region, Tube) and motion is not None and motion.fingerprint != region.fingerprint
+    if region is None or is_other:
+        raise UsageError(
+            "the certificate is for another motion",
+            where="--check",
+            expected=f"the certificate's motion: {stated.where}",
+            found="none" if motion is None else motion.name,
+            next_step="name its file with --along",
+        )
     certificate = certify(model, region, effort=stated.effort, limit=stated.certified, progress=progress)
     # The same sums, up to the rounding of another machine.
     holds = certificate.certified <= stated.certified * (1.0 + 1e-9)
@@ -139,16 +132,6 @@ def proven_again(
         title=title, subtitle=subtitle, headline=f"The certificate {verdict}", facts=facts, parts=parts
     )
     return result, bool(holds.all())
-
-
-def _shipped(arm: RobotArm, fingerprint: str) -> Trajectory | None:
-    """The shipped trajectory with this fingerprint, if there is one."""
-    for name in shipped_trajectories():
-        with suppress(GdAnalyzeError), catch_warnings(action="ignore", category=GdAnalyzeWarning):
-            motion = read_trajectory(name, arm)
-            if motion.fingerprint == fingerprint:
-                return motion
-    return None
 
 
 def _joints(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.margin import Margin
@@ -78,6 +79,7 @@ class Settings:
     every_set_point: bool | None = None
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         if self.budget is not None:
             object.__setattr__(self, "budget", Budget.of(self.budget))
         object.__setattr__(self, "margin", Margin.of(self.margin))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, cast
 
+from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
@@ -20,7 +21,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by_verdicts, require_no_budget
-from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import SearchOptions, level_named
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@strict
 @one_thread()
 def simplify(
     arm: RobotArm | str | Path,
@@ -119,6 +121,11 @@ def simplify(
     ArmError
         If drives are asked for and the arm describes none.
 
+    Warns
+    -----
+    GdAnalyzeWarning
+        If the drives are too weak for the motion or the arm's weight, or no joint needs torque.
+
     Examples
     --------
     >>> import gd_analyze as gd
@@ -140,6 +147,7 @@ def simplify(
         message, expected = "this is no region", "a Box or a Tube of `gd_analyze.types`"
         raise UsageError(message, where="region", expected=expected, found=in_python(region))
     exact = ExactDynamics.of(arm, states, drives)
+    warn_of_torques(exact)
     tracking = TrackingBudget.parse(budget) if isinstance(budget, str) else None
     search = search_model(
         exact,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arguments import require_word, strict
 from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
 from gd_analyze.cache import without_cache
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements
@@ -28,7 +29,7 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
 from gd_analyze.simplification.search import quick_count
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.many import each
@@ -78,6 +79,7 @@ class Range(NamedTuple):
         return parsed
 
 
+@strict
 @one_thread()
 def sweep(
     arm: RobotArm | str | Path,
@@ -149,6 +151,8 @@ def sweep(
     """
     import xarray as xr
 
+    if operations is not None:
+        require_word(operations, (QUICK, NONE, *LEVELS), "operations")
     arm = arm_of(arm)
     varied = VariedArm(arm)
     ranges, budget = _ranges_of(vary, varied), _usable(budget)

@@ -11,6 +11,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray, cross
 from gd_analyze.certification.held import Held
 from gd_analyze.dynamics.kinematics import joint_motions, solve_kinematics
@@ -201,6 +202,7 @@ class Tracked(NamedTuple):
         return replace(result, headline=f"{result.headline} {line}", facts=(*result.facts, *facts))
 
 
+@strict
 @one_thread()
 def tracking_budget(
     arm: RobotArm | str | Path, trajectory: Trajectory | str, text: str, *, drives: bool | None = None

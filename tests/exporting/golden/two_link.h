@@ -11,7 +11,8 @@
  * gravity_loading: gravity loading c(q);
  *   4 (2 mult + 2 add), 2 sin and cos.
  * The exact torque takes 22 (12 mult + 10 add), 4 sin and cos,
- *   exact D, h and c, each a function of its own, 4 + 7 + 4 operations.
+ *   exact D, h and c, each a function of its own, 3 + 7 + 4 operations,
+ *   4 sin and cos.
  * Inertia of the drives: left out.
  * Units: rad and m, s, N m and N. Friction is not included.
  * Arm two_link, SHA-256 of all that affects its torque:

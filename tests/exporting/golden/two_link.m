@@ -13,7 +13,8 @@ function [tau, D, h, c, stated] = two_link(q, qd, qdd)
 % gravity_loading: gravity loading c(q);
 %   4 (2 mult + 2 add), 2 sin and cos.
 % The exact torque takes 22 (12 mult + 10 add), 4 sin and cos,
-%   exact D, h and c, each a function of its own, 4 + 7 + 4 operations.
+%   exact D, h and c, each a function of its own, 3 + 7 + 4 operations,
+%   4 sin and cos.
 % Inertia of the drives: left out.
 % Units: rad and m, s, N m and N. Friction is not included.
 % Arm two_link, SHA-256 of all that affects its torque:
@@ -72,28 +73,28 @@ function [tau] = two_link_torque(q, qd, qdd)
     t2 = qdd1 + qdd2;
     cos_q1 = cos(q1);
     t4 = 19.612 .* cos_q1;
-    t5 = 1.667 .* qdd1;
-    t6 = t4 + t5;
+    sin_q2 = sin(q2);
+    t6 = 0.5 .* sin_q2;
     cos_q2 = cos(q2);
     t8 = 0.5 .* cos_q2;
-    t9 = t2 .* t8;
-    t10 = t6 + t9;
-    t11 = t1 .* t1;
-    sin_q2 = sin(q2);
-    t13 = 0.5 .* sin_q2;
-    t14 = t11 .* t13;
-    t15 = t10 - t14;
-    t16 = q1 + q2;
-    cos_t16 = cos(t16);
-    t18 = 4.903 .* cos_t16;
-    t19 = 0.333 .* t2;
-    t20 = t18 + t19;
-    t21 = qd1 .* qd1;
-    t22 = t13 .* t21;
-    t23 = t20 + t22;
-    t24 = qdd1 .* t8;
+    t9 = q1 + q2;
+    cos_t9 = cos(t9);
+    t11 = 4.903 .* cos_t9;
+    t12 = t1 .* t6;
+    t13 = t1 .* t12;
+    t14 = t4 - t13;
+    t15 = t2 .* t8;
+    t16 = t14 + t15;
+    t17 = 1.667 .* qdd1;
+    t18 = t16 + t17;
+    t19 = qd1 .* t6;
+    t20 = qd1 .* t19;
+    t21 = t11 + t20;
+    t22 = qdd1 .* t8;
+    t23 = t21 + t22;
+    t24 = 0.333 .* t2;
     t25 = t23 + t24;
-    t26 = t15 + t25;
+    t26 = t18 + t25;
     tau = zeros(2, size(q, 2));
     tau(1, :) = t26;
     tau(2, :) = t25;

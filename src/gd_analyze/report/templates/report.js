@@ -198,7 +198,7 @@ if (data.budgets) {
     const shares = errors.map((error, k) => (whole[k] > 0 ? error / whole[k] : 0));
     const worst = shares.indexOf(Math.max(...shares));
     element("budget-said").textContent = budgets.label[at];
-    const figures = { kept: budgets.kept[at], apart: budgets.apart[at], count: budgets.operations[at], worst: `up to ${percent(shares[worst])}` };
+    const figures = { kept: budgets.kept[at], apart: budgets.apart[at], "apart-angles": budgets.angles_apart[at], count: budgets.operations[at], "count-angles": budgets.angles[at], worst: `up to ${percent(shares[worst])}` };
     for (const [name, figure] of Object.entries(figures)) if (element(`budget-${name}`)) element(`budget-${name}`).textContent = figure;
     element("budget-proof").textContent = budgets.proof[at];
     for (const stop of stops) stop.setAttribute("aria-pressed", String(Number(stop.dataset.stop) === at));
@@ -220,7 +220,7 @@ if (data.budgets) {
     clearTimeout(timer);
     if (calm.matches || at === asked) settle(at); else timer = setTimeout(settle, 700, at);
     const counted = budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : "";
-    return `${counted}${budgets.operations[at]} operations, errors up to ${percent(shares[worst])} of ${budgets.shares_of} at the set points, at joint ${worst + 1}.`;
+    return `${counted}${budgets.operations[at]} operations and ${budgets.angles[at]} sines and cosines, errors up to ${percent(shares[worst])} of ${budgets.shares_of} at the set points, at joint ${worst + 1}.`;
   }
   function change() {
     const words = show(Number(slider.value));

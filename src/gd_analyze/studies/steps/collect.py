@@ -38,12 +38,15 @@ def collect_step(inputs: RunInputs, dynamics: RunDynamics, models: RunModels) ->
     """Put everything found into tables; of a long motion at the set points shown."""
     trajectory, dataset = dynamics.points.shown(models.worst)
     is_element = level_named(inputs.settings.level) is ELEMENT
+    model, elements = (
+        replace(each, form=each.form.of_arm(dynamics.arm)) for each in (models.model, models.elements)
+    )
     return Findings(
         arm=inputs.arm,
         trajectory=trajectory,
         tables=_tables(inputs, dynamics, models, trajectory, dataset),
-        model=models.model,
-        element_model=models.model if is_element else models.elements,
+        model=model,
+        element_model=model if is_element else elements,
         ranked_terms={ranked.term: ranked.weight for ranked in models.ranking.terms},
         warnings=(),
         provenance=inputs.source,

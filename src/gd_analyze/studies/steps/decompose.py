@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from gd_analyze.diagnosis.diagnose import diagnosed
+from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
-from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import LeadingWarning, UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.diagnosis_result import diagnosis_table
@@ -19,7 +19,7 @@ from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import too_many_terms
-from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_without_torque
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
 
@@ -45,6 +45,7 @@ class RunDynamics:
     exact: ExactDynamics  # at these set points
     residuals: tuple[Residual, ...]  # differences from Pinocchio
     measured_torque: xr.Dataset | None
+    arm: RobotArm  # with the friction that was fitted, if it was asked for
     diagnosis: xr.Dataset | None  # where measured torques contradict the arm
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
@@ -59,8 +60,7 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
     dataset.attrs |= inputs.source
     residuals = cross_check(arm, dataset)
     exact = ExactDynamics.of(arm, dataset)
-    warn_without_torque(exact)
-    warn_of_torque_limits(arm, exact.states, exact.torque)
+    warn_of_torques(exact)
     measured_torque = diagnosis = None
     if motion.recording is not None and motion.recording.torque is not None:
         comparison = compared(arm, motion, np.asarray(dataset.torque.values))
@@ -69,7 +69,9 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
             diagnosis, answer = _diagnosis(arm, motion)
             text = torque_warning(measured_torque, arm, diagnosis, answer)
             warnings.warn(text, LeadingWarning, stacklevel=2)
-    return RunDynamics(points, exact, residuals, measured_torque, diagnosis, too_many_terms(exact.form))
+        if inputs.settings.fit_friction:
+            arm = with_friction(arm, comparison.friction.terms)
+    return RunDynamics(points, exact, residuals, measured_torque, arm, diagnosis, too_many_terms(exact.form))
 
 
 def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:

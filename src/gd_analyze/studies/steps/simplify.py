@@ -23,7 +23,7 @@ from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
-from gd_analyze.simplification.torque_program import POINT, READABLE, THOROUGH
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress
@@ -133,6 +133,7 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) 
         return elements, searched.pop() if searched else search_at(exact, budget)
 
     exact, elements, held, worst = dynamics.points.settled(exact.under(budget), models_at)
+    exact = exact.with_form(held.model.form)
     return _Search(exact, budget, stops, own_stop, is_exact, held, elements, worst)
 
 
@@ -146,13 +147,15 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
     is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
     budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
     stops: list[Stop] = []
+    is_searched = False
     for budget in budgets:
         is_asked = is_given and not stops
-        # Programs of models that are not the run's are not searched for their shortest form.
-        is_own = is_asked or (not is_given and not any(stop.is_readable and stop.saves for stop in stops))
         most_terms = math.inf if is_asked else READABLE
-        search = partial(search_at, exact, shortest=is_own, most_terms=most_terms)
+        # Models of one page have terms in the same velocities.
+        search = partial(search_at, exact, most_terms=most_terms, same_velocities=is_searched)
         stops.append(stop_at(exact, TERM, budget, search, most_terms))
+        if stops[-1].held is not None:
+            exact, is_searched = exact.with_form(stops[-1].held.model.form), True
     readable = chosen_stop(stops)
     if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
         stops.append(wider)
@@ -165,8 +168,8 @@ def _model_at(
     exact: ExactDynamics,
     budget: Budget,
     *,
-    shortest: bool = True,
     most_terms: float = math.inf,
+    same_velocities: bool = False,
 ) -> Held:
     """Search the model of a budget, near the motion or at its set points."""
     settings, source = inputs.settings, inputs.source
@@ -174,7 +177,7 @@ def _model_at(
         level_named(settings.level),
         settings.refit,
         settings.operations,
-        writing=THOROUGH if shortest else POINT,
+        same_velocities=same_velocities,
         most_terms=most_terms,
     )
     if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
