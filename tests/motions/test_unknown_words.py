@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import string
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from gd_analyze import read_log
+from gd_analyze import read_log, read_trajectory
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.words import meaning_of
 from log_arms import UR, arm_of, log_of
@@ -180,3 +181,28 @@ def test_one_angle_in_two_units(read, refused, warned):
     commented = "# joint path\n# columns: " + text(np.degrees(q))
     with warned():
         np.testing.assert_array_equal(read(commented, arm_of("hip", "knee")).q, logged.q)
+
+
+def test_degrees_of_positions_alone_are_told_by_one_option(log, warned):
+    """Beside velocities in rad/s, where --degrees would change both; the option is typed as it is printed."""
+    time = 0.004 * np.arange(1000)
+    q = np.column_stack([0.8 * np.sin(2.0 * time + k) for k in range(2)])
+    qd = np.column_stack([1.6 * np.cos(2.0 * time + k) for k in range(2)])
+    joints = tuple(replace(joint, lower=-2.0, upper=2.0) for joint in arm_of("hip", "knee").joints)
+    arm = replace(arm_of("hip", "knee"), joints=joints)
+    for names in ("J1.pos,J2.pos", "hip.pos,knee.pos", "actual_q_0,actual_q_1"):
+        header = ",".join(["stamp", names, names.replace(".pos", ".vel").replace("_q_", "_qd_")])
+        table = np.column_stack([time, np.degrees(q), qd])
+        path = log("\n".join([header, *(",".join(map(repr, row)) for row in table.tolist()), ""]))
+        with warned() as texts:
+            read_trajectory(path, arm)
+        (option,) = {
+            words[1]
+            for text in texts
+            for words, _ in remedies(text)
+            if "--map" in words and "NAME" not in text
+        }
+        with warned() as texts:
+            motion = read_trajectory(path, arm, typed(["--map", option]))
+        assert not texts
+        assert np.abs(motion.q - q).max() < 0.01  # smoothed
