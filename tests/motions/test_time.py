@@ -81,6 +81,11 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     # Uptimes of minutes to days whose size is that of a date in a unit a thousand times larger.
     "50 minutes of uptime in us": (table("stamp", [3e9 + 1000 * k for k in range(9)]), {}, "--time-unit us"),
     "20 days of uptime in ms": (table("time", [1.7e9 + 8 * k for k in range(9)]), {}, "--time-unit ms"),
+    "14 days of uptime in ms, with fractions": (
+        table("time", [1.2e9 + 8.1 * k for k in range(9)]),
+        {},
+        "unit ms",
+    ),
     "10 days of uptime in us": (table("time", [864e9 + 2000 * k for k in range(9)]), {}, "--time-unit us"),
     "10 days of uptime in ns": (table("time", [864e12 + 1e6 * k for k in range(9)]), {}, "--time-unit ns"),
     "a date of whole seconds": (table("time", [1.7e9 + k for k in range(9)]), {}, "--time-unit s"),

@@ -40,7 +40,7 @@ class TimeUnitSettings:
     # Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
     # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
     longest_date_step_seconds: float = 0.1
-    longest_fractional_step: float = 10.0
+    longest_fractional_step_seconds: float = 0.5
     # Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in
     # ms, us or ns.
     longest_step_in_seconds: float = 0.5
@@ -246,7 +246,9 @@ def _in_seconds(
         date = abs(first) * size
         if TIME_UNIT.earliest_date_seconds <= date <= TIME_UNIT.latest_date_seconds:
             longest = (
-                TIME_UNIT.longest_date_step_seconds if _whole(values) else TIME_UNIT.longest_fractional_step
+                TIME_UNIT.longest_date_step_seconds
+                if _whole(values)
+                else TIME_UNIT.longest_fractional_step_seconds
             )
             if _steps(values, np.median) * size <= longest:
                 stated = unit_name, "since 1970"

@@ -134,11 +134,12 @@ class Reading:
             expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{self.rate:g} Hz"
             step = f"--rate {1 / self.rate:.6g} if {self.rate:g} is the time from sample to sample, in s"
             raise refusal("no motion is sampled so", "rate", expected, content, step)
-        if self.torque_constant is not None and None in self.torque_constant:
+        if self.torque_constant is not None and {None, 0.0} & {*self.torque_constant}:
             expected = "a number per joint, N m/A, with commas"
             step = "--torque-constant 10.7,10.7,8.5 for an arm of three joints"
-            message = "the torque constants are not numbers"
-            raise refusal(message, "torque_constant", expected, "another word", step)
+            content = "another word" if None in self.torque_constant else "0"
+            message = "the torque constants are not numbers other than 0"
+            raise refusal(message, "torque_constant", expected, content, step)
         if self.rate is not None and self.time_unit is not None:
             expected, values = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
             message, step = "a rate and a unit of time contradict each other", "omit one of the two"
