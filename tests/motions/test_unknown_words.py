@@ -67,6 +67,27 @@ def test_an_unknown_word_beside_a_joint_is_no_position(tmp_path_factory, word, p
     np.testing.assert_array_equal(q[0], [np.sin(k) + k for k in range(3)])
 
 
+@pytest.mark.parametrize(
+    ("names", "joints"),
+    [
+        (["J1_A", "J2_A", "J3_A"], KUKA),
+        (["joint_1_a", "joint_2_a", "joint_3_a"], KUKA),
+        (["A1_I", "A2_I", "A3_I"], KUKA),
+        (["volt_pan_axis", "volt_lift_axis", "volt_elbow_axis"], ["pan_joint", "lift_joint", "elbow_joint"]),
+        (["pan_volt", "lift_volt", "elbow_volt"], ["pan_joint", "lift_joint", "elbow_joint"]),
+        (
+            ["volt/pan_joint", "volt/lift_joint", "volt/elbow_joint"],
+            ["pan_joint", "lift_joint", "elbow_joint"],
+        ),
+        (["actual_1", "actual_2", "actual_3"], PANDA),
+        (["fer_joint1", "fer_joint2", "fer_joint3"], PANDA),
+    ],
+)
+def test_letters_prefixes_and_topics_are_words_as_well(names, joints, refused):
+    """The names of the arm's joints share letters and words with them; the option printed is typed."""
+    refused("--map 'q=", log_with(names), arm_of(*joints))
+
+
 def test_positions_and_set_points_of_a_telegram(read, warned):
     """As KUKA's RSI: actual and commanded axes, and motor currents, which must not be positions."""
     names = [f"{kind}.A{k}" for kind in ("MACur", "ASPos", "AIPos") for k in (1, 2, 3)]

@@ -227,7 +227,7 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
     """Meanings of the columns' names; columns of text and those not asked for have none."""
     joints = known_joints([joint.name for joint in arm.joints])
-    known = {word for joint in arm.joints for word in words_of(joint.name)}
+    known = {word for joint in arm.joints for word in words_of(joint.name) if len(word) > 1}
     for role, log_name in reading.map:
         if role.startswith("joint:"):
             joint = joint_named(role.removeprefix("joint:"), arm)

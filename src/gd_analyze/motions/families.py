@@ -10,6 +10,7 @@ from functools import partial
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import ROLES, refusal
 from gd_analyze.motions.words import (
+    BARE,
     EXTERNAL,
     MEASURED,
     TARGET,
@@ -87,7 +88,9 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
         named = _columns_by_joint({c: m.joint for c, m in columns.items()})
         unnamed = {c: m for c, m in columns.items() if m.joint is None}
         mixed = _by_name_or_number(make, columns, names, written)
-        affixed = None if named or mixed is not None else _by_affix(make, unnamed, names)
+        affixed = (
+            None if named or mixed is not None else _by_affix(make, unnamed, names, bare=group[3] == BARE)
+        )
         if mixed is not None:
             families.append(mixed)
         elif named:
@@ -220,8 +223,13 @@ def _by_number(
     return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
-def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) -> Family | None:
-    """Match names that differ only by the same leading words, such as the robot's prefix."""
+def _by_affix(
+    make: Make, columns: Mapping[int, Meaning], names: Sequence[str], *, bare: bool
+) -> Family | None:
+    """Match names that differ only by the same leading words, such as the robot's prefix.
+
+    Leading words of bare names in the log may say another quantity: volt_elbow_axis.
+    """
     joint_words = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
     if not all(any(not word.isdigit() for word in words) for words in joint_words):
@@ -232,7 +240,7 @@ def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) 
     for column, words in logged.items():
         by_words[words] = (*by_words.get(words, ()), column)
         for joint in joint_words:
-            if words[-len(joint) :] == joint:
+            if words[-len(joint) :] == joint and not (bare and len(words) > len(joint)):
                 prefixes.setdefault(words[: -len(joint)])
             if joint[-len(words) :] == words and words:
                 prefixes.setdefault(("", *joint[: -len(words)]))

@@ -125,6 +125,7 @@ _DERIVED = {
 }
 # KUKA's A1 to A6 are joints; its external axes E1 to E6 and the S, L, U of others do not tell which.
 _SINGLE, EXTERNAL = ("a",), ("e",)
+BARE = 2  # rank of the bare name of a joint
 _SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
 
 
@@ -241,8 +242,7 @@ class Meaning:
     group: Words = ()  # words that distinguish columns of the same role and joint: topic, actual, target
     kind: Kind = "plain"  # whether these say measured or target
     unit: str = ""  # unit in the name
-    # Clarity of the role: 0 for `q` and `position`, 1 for `theta`, 2 for the bare name of a joint
-    rank: int = 0
+    rank: int = 0  # clarity of the role: 0 for `q` and `position`, 1 for `theta`, or `BARE`
     word: str = ""  # the word of the role
     unknown: Words = ()  # words beside a joint without a role, which make it no position
     # Why a column with the name of a role, its word, is none: "text" in its cells, "unit" in its name
@@ -381,18 +381,19 @@ def _of_joint(segments: list[Words], at: int, joint: int | None, unit: str, know
         # Other words certainly name a joint only beside "joint".
         names_joint = bool(set(token) & {"joint", "jnt", "axis"})
         is_external = number is not None and label == EXTERNAL
-        # elbow and joint_2 are positions; elbow_enabled, temp_joint_2 and MACur.A2 are other quantities, and
-        # so is target_2.
+        # elbow and joint_2 are positions; elbow_enabled, temp_joint_2 and MACur.A2 are other quantities.
         unknown = _unknown_words(segments, known)
         says_joint = bool(set(token) & _FILLERS)
         is_named = names_joint or is_external or (counts and (bool(label) or says_joint or not group))
         if joint is None and not (is_named or unknown):
-            return Meaning("other", token, unit=unit)
+            # target_2 and state_2 name no quantity.
+            all_words = [word for segment in segments for word in segment if not word.isdigit()]
+            return Meaning("other", token, unit=unit, unknown=tuple(all_words) if number is not None else ())
         if (joint is not None or number is not None or not is_named) and unknown:
             return Meaning("other", token, joint, unit=unit, unknown=unknown)
-        role, rank = "q", 2
+        role, rank = "q", BARE
     # Of AIPos.A1 the segment A1 names the joint, in tau_a_1 the letter may be anything.
-    token = (str(number),) if counts and (rank == 2 or token == segments[token_at]) else token
+    token = (str(number),) if counts and (rank == BARE or token == segments[token_at]) else token
     return Meaning(role, token, joint, tuple(group), _kind_of(group), unit, rank, role_word)
 
 
