@@ -111,6 +111,8 @@ def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
     patterns = _candidates(log, [column for column in unknown if column not in used])
     listed, options = ", ".join(patterns), _pattern_options("torque", patterns)
     warning = f"no torques are read, and what {listed} is in the log is unknown; if torques: {options}"
+    if any(CURRENTS & set(words_of(pattern)) for pattern in patterns):
+        warning += ", of currents with --torque-constant LIST"
     if log.rejected("torque", "unit"):
         fault, step = _unit_not_read(log, "torque")
         warning, patterns = f"no torques are read: {fault}{f'; {step}' if step else ''}", ["any"]
