@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gd_analyze.text import UNSIGNED
+from gd_analyze.text import LARGEST, UNSIGNED
 
 # Size of each unit in SI, by kind; the SI unit comes first.
 UNITS: dict[str, dict[str, float]] = {
@@ -19,9 +20,13 @@ UNITS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0, "kN": 1e3},
     "mass": {"kg": 1.0, "g": 1e-3},
     "inertia": {"kg m^2": 1.0},
+    "current": {"A": 1.0, "mA": 1e-3},
     "share": {"%": 0.01},
 }
 TIME_UNITS = UNITS["time"]
+# Beyond these, rad and m, and per s^2, a number without a unit is probably in degrees or mm.
+MOST_WITHOUT_UNIT: Mapping[str, float] = {"angle": 2 * math.pi, "length": 10.0}
+MOST_ACCELERATION_WITHOUT_UNIT: Mapping[str, float] = {"angle": 300.0, "length": 300.0}
 KINDS = {unit: kind for kind, sizes in UNITS.items() for unit in sizes}
 # Unit by its spellings, in lower case without blanks.
 _SPELLINGS = {re.sub(r"\s", "", unit).lower(): unit for unit in KINDS} | {
@@ -35,15 +40,19 @@ _SPELLINGS = {re.sub(r"\s", "", unit).lower(): unit for unit in KINDS} | {
         "us": "µs μs usec usecs micros microseconds",
         "ns": "nsec nsecs nanosec nanosecs nanos nanoseconds",
         "rev": "turn turns revs revolutions",
-        "cN m": "ncm n*cm cnm",
-        "mN m": "nmm n*mm mnm",
-        "N m": "nm n*m n.m n·m n-m",
+        "cN m": "ncm cnm",
+        "mN m": "nmm mnm",
+        "N m": "nm",
         "kN m": "knm",
         "N": "newton",
+        "A": "amp amps ampere amperes",
     }.items()
     for spelling in spellings.split()
 }
 _SUPERSCRIPTS = str.maketrans({"²": "^2"})
+_TIMES_SIGN = re.compile(r"(?<=[A-Za-z])[-.*·](?=[A-Za-z])")
+# Spellings whose first letter means something else as a capital: M is mega, N is newton.
+_SMALL_FIRST = {"mrad", "mm", "ms", "msec", "msecs", "ma", "mnm", "ns"}
 _QUANTITY = re.compile(rf"(?P<number>[-+]?{UNSIGNED})\s*(?P<rest>.*)", re.DOTALL)
 _SHARE = re.compile(r"%\s*(?:of\s+)?(?P<whole>[a-z]*)", re.IGNORECASE)
 
@@ -55,9 +64,16 @@ def unit_named(text: str) -> str | None:
     --------
     >>> unit_named("Nm"), unit_named("degrees"), unit_named("furlong")
     ('N m', 'deg', None)
+    >>> unit_named("mN m"), unit_named("MN m")
+    ('mN m', None)
     """
-    bare = re.sub(r"\s+", "", text).lower().translate(_SUPERSCRIPTS).replace("**2", "^2")
-    return _SPELLINGS.get(bare)
+    bare = _TIMES_SIGN.sub("", re.sub(r"\s+", "", text)).translate(_SUPERSCRIPTS).replace("**2", "^2")
+    spelling = bare.lower()
+    # Text in capitals throughout tells no prefix, but before N m, where mega is as likely as milli.
+    shouted = bare.isupper() and spelling != "mnm"
+    if spelling in _SMALL_FIRST and bare[0].isupper() and not shouted:
+        return None
+    return _SPELLINGS.get(spelling)
 
 
 @dataclass(frozen=True)
@@ -94,6 +110,35 @@ class Quantity:
         unit = unit_named(unit_text)
         return None if unit is None else cls(number * UNITS[KINDS[unit]][unit], KINDS[unit])
 
+    def __str__(self) -> str:
+        """Text that `parse` reads, to six digits."""
+        unit = next(iter(UNITS[self.kind])) if self.kind else ""
+        number = self.si if not unit else self.si / UNITS[self.kind][unit]
+        return f"{number:g}{unit} {self.of}".rstrip()
+
+    @classmethod
+    def read(cls, value: object) -> Quantity | None:
+        """Read a text, or take a number without a unit; None for anything else."""
+        if isinstance(value, str):
+            return cls.parse(value)
+        return cls(float(value)) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+    def of_joint(self, revolute: bool, most: Mapping[str, float] = MOST_WITHOUT_UNIT) -> float | None:
+        """SI value for a joint that turns (slides).
+
+        None if the unit is of another kind, or if there is none and the value is beyond `most`, by kind.
+
+        Examples
+        --------
+        >>> Quantity.parse("10mm").of_joint(revolute=True), Quantity.parse("90").of_joint(revolute=True)
+        (None, None)
+        >>> Quantity.parse("90rad").of_joint(revolute=True)
+        90.0
+        """
+        kind = "angle" if revolute else "length"
+        largest = LARGEST if self.kind else most[kind]
+        return self.si if self.kind in ("", kind) and abs(self.si) <= largest else None
+
     @classmethod
     def si_of(cls, value: object, *kinds: str) -> float | None:
         """SI value of a number, or of a text without a unit or in one of these kinds; None if neither.
@@ -105,7 +150,14 @@ class Quantity:
         >>> Quantity.si_of("20mm", "angle") is None
         True
         """
-        if isinstance(value, str):
-            quantity = cls.parse(value)
-            return quantity.si if quantity is not None and quantity.kind in ("", *kinds) else None
-        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+        quantity = cls.read(value)
+        return quantity.si if quantity is not None and quantity.kind in ("", *kinds) else None
+
+
+def joint_units(revolute: bool, per: str = "") -> str:
+    """How to write a joint's value, for messages."""
+    kind = "angle" if revolute else "length"
+    unit, *_ = UNITS[kind]
+    most = MOST_WITHOUT_UNIT[kind] if not per else MOST_ACCELERATION_WITHOUT_UNIT[kind]
+    example = ("90deg", "1.57rad") if revolute else ("20mm", "0.02m")
+    return f"up to {most:.3g} {unit}{per}, or with a unit: {example[0]}, {example[1]}"

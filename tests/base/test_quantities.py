@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeError
-from gd_analyze.units import KINDS, UNITS, Quantity
+from gd_analyze.units import KINDS, UNITS, Quantity, unit_named
 
 NUMBERS = st.floats(min_value=-1e6, max_value=1e6, allow_nan=False)
 
@@ -41,6 +43,33 @@ def test_a_text_is_a_quantity(text, quantity):
     assert Quantity.parse(text) == quantity
 
 
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        *(("mN m", "mN m"), ("MN m", None), ("MNm", None), ("MNM", None), ("mN*m", "mN m"), ("NM", "N m")),
+        *(("mm", "mm"), ("MM", "mm"), ("Mm", None), ("ms", "ms"), ("TIME", None), ("MS", "ms"), ("Ms", None)),
+        *(("ns", "ns"), ("Ns", None), ("mrad", "mrad"), ("Mrad", None), ("mA", "mA"), ("Deg", "deg")),
+    ],
+)
+def test_a_capital_prefix_is_another_unit(text, unit):
+    """M is mega and m milli; only where all is in capitals the case says nothing."""
+    assert unit_named(text) == unit
+    quantity = Quantity.parse(f"5 {text}")
+    assert (quantity is None) == (unit is None)
+    if quantity is not None:
+        assert quantity.si == pytest.approx(5.0 * UNITS[KINDS[unit]][unit], rel=4e-16)
+
+
+@given(NUMBERS, st.sampled_from(sorted(KINDS)), st.booleans())
+def test_a_joint_takes_its_own_kind_and_bare_numbers_of_usual_size(number, unit, revolute):
+    own = "angle" if revolute else "length"
+    quantity = Quantity.parse(f"{number!r} {unit}")
+    assert quantity is not None
+    assert quantity.of_joint(revolute) == (quantity.si if KINDS[unit] == own else None)
+    usual = abs(number) <= (2 * math.pi if revolute else 10.0)
+    assert Quantity(number).of_joint(revolute) == (number if usual else None)
+
+
 @pytest.mark.parametrize("text", ["", "deg", "1 furlong", "1_000", "nan", "inf", "1%%", "1, 2", "٣ m"])
 def test_other_texts_are_none(text):
     assert Quantity.parse(text) is None
@@ -51,7 +80,7 @@ def test_other_texts_are_none(text):
     [
         (lambda length: gd.types.Margin.parse(length).prismatic, "20mm"),
         (lambda length: gd.types.Tolerance.parse(length).prismatic, "2 cm"),
-        (lambda length: gd.types.Reading.of(offset=[f"3={length}"]).corrections.offset[0][1], "0.02 m"),
+        (lambda length: gd.types.Reading.of(offset=[f"3={length}"]).corrections.offset[0][1].si, "0.02 m"),
     ],
 )
 def test_margins_tolerances_and_offsets_read_the_same_units(read, alike):

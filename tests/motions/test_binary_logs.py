@@ -197,3 +197,13 @@ def test_numbers_too_large(tmp_path):
     with pytest.raises(TrajectoryError, match="q_0 is too large") as caught:
         read_log(path, TWO)
     assert caught.value.details["where"] == f"{path}, line 2, column 2"
+
+
+def test_dates_as_text(tmp_path):
+    stamps = ["2025-03-04T10:20:30.000Z", "2025-03-04T10:20:30.016Z", None]
+    columns = {"datetime": stamps, "note": ["a", "b", "c"], "q_0": [0.1, 0.2, 0.3], "q_1": [1.0, 2.0, 3.0]}
+    logged = read_log(written(tmp_path / "log.parquet", columns), TWO)
+    np.testing.assert_allclose(logged.time, [0.0, 0.016], rtol=1e-15)
+    columns["datetime"] = [*stamps[:2], "soon"]
+    with pytest.raises(TrajectoryError, match="soon"):
+        read_log(written(tmp_path / "log.parquet", columns), TWO)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import GdAnalyzeError, UsageError
 from gd_analyze.types import Reading
 
 EPS = float(np.finfo(float).eps)
@@ -70,6 +72,8 @@ def test_late_torques_come_earlier(puma, lag):
         ({"torque_sign": "1,2"}, "--torque-sign"), ({"torque_sign": "1,-1"}, "--torque-sign"),
         ({"position_sign": "x"}, "--position-sign"), ({"offset": ["7=1"]}, "--offset"),
         ({"offset": ["elbow"]}, "--offset"), ({"offset": ["2=much"]}, "--offset"),
+        ({"offset": ["2=10mm"]}, "--offset"), ({"offset": ["2=90"]}, "--offset"),
+        ({"offset": {"2": 90.0}}, "--offset"), ({"offset": ["2=4ms"]}, "--offset"),
         ({"couple": ["q3=q2"]}, "--couple"), ({"couple": ["q3=q3-q9"]}, "--couple"),
         ({"couple": ["q3=q3 q2"]}, "--couple"), ({"lag": "4"}, "--lag"), ({"lag": "1000s"}, "--lag"),
     ],
@@ -78,6 +82,31 @@ def test_what_does_not_fit_is_refused(puma, words, option):
     with pytest.raises(UsageError) as caught:
         corrections_of(**words).applied(np.arange(50.0), arrays(6), puma)
     assert option in str(caught.value)
+    # The options that the next step shows are accepted.
+    shown = re.findall(r"(--[a-z-]+) ([^\s,;]+(?:,-?1)*)", caught.value.details["next"])
+    assert shown
+    for name, word in shown:
+        key = name.removeprefix("--").replace("-", "_")
+        value = word if key in ("lag", "torque_sign", "position_sign") else [word]
+        if key.endswith("sign") and word.count(",") == 2:
+            continue  # of an arm of three joints
+        corrections_of(**{key: value}).applied(np.arange(50.0), arrays(6), puma)
+
+
+def test_an_offset_without_a_unit_is_one_of_its_joint():
+    """90 of a joint that turns and 200 of one that slides are asked for; with a unit they are taken."""
+    arm = gd.load_arm("scara")
+    slide = next(k for k, revolute in enumerate(arm.is_revolute, 1) if not revolute)
+    q = np.zeros((5, arm.n_joints))
+    for word in (f"{slide}=200", f"{slide}=90deg", "1=20mm", "1=7"):
+        with pytest.raises(UsageError):
+            corrections_of(offset=[word]).applied(np.arange(5.0), {"q": q}, arm)
+    corrected = corrections_of(offset=[f"{slide}=200mm", "1=400deg", "2=-1.5"]).applied(
+        np.arange(5.0), {"q": q}, arm
+    )
+    expected = np.zeros(arm.n_joints)
+    expected[[0, 1, slide - 1]] = np.radians(400), -1.5, 0.2
+    np.testing.assert_allclose(corrected["q"][0], expected, rtol=1e-15)
 
 
 def test_no_torques_to_correct(puma):
@@ -99,3 +128,19 @@ def test_a_log_says_how_it_was_corrected(two_link, tmp_path):
     assert motion.recording is not None
     assert motion.recording.torque is not None
     assert np.allclose(motion.recording.torque, np.column_stack([-2 * time, 3 * time]))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *({"time_unit": "min"}, {"rate": 0.0}, {"rate": 0.004}, {"rate": 1e6}, {"torque_constant": "1,x"}),
+        {"torque_constant": "1,0,1"},
+        *({"rate": 5.0, "time_unit": "s"}, {"family": "x=y"}, {"map": ["q"]}, {"columns": "q6..q1"}),
+        *({"torque_sign": "up"}, {"lag": "4"}, {"offset": ["3"]}, {"offset": ["3=x"]}),
+    ],
+)
+def test_every_option_of_reading_that_cannot_be_read_says_what_to_type(words):
+    with pytest.raises(GdAnalyzeError) as caught:
+        Reading.of(**words)
+    assert caught.value.details["next"]
+    assert caught.value.details["expected"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,30 @@ def test_a_reading_jumps_where_it_would_be_faster_than_any_arm(jump, is_corrupt,
         refused("line 62", content, ARM)
     else:
         np.testing.assert_array_equal(read(content, ARM).q[60, 0], slow[60, 0] + jump)
+
+
+@pytest.mark.parametrize("cell", ["inf", "-Infinity", "1e999", "1e13", "#NUM!", "1.#INF"])
+@pytest.mark.parametrize("names", ["time,pos1,pos2", "time,q1,q2"])
+@pytest.mark.parametrize("column", [1, 2])
+def test_a_column_of_no_number_is_named_at_once(cell, names, column, refused):
+    content = text([(row, column, cell) for row in range(400)]).replace("time,pos1,pos2", names)
+    name = names.split(",")[column]
+    refused(f"line 2, column {column + 1}: {name} is", content, ARM)
+    torques = content.replace(names, f"time,{'hip,tau1' if column == 2 else 'tau1,hip'}")
+    if not cell.startswith(("#", "1.#")):  # else text, of a column that is not needed
+        refused(f"line 2, column {column + 1}: tau1 is", torques, arm_of("hip"))
+
+
+def test_a_table_of_very_many_columns_is_refused_in_about_a_second(read):
+    """A second on an ordinary machine; five to ten where names are compared in pairs."""
+    count = 32_000
+    header = ",".join(["time", *(f"q{k}" for k in range(1, count))])
+    content = f"{header}\n{','.join(['0.1'] * count)}\n"
+    began = time.process_time()
+    with pytest.raises(TrajectoryError) as caught:
+        read(content, ARM)
+    assert time.process_time() - began < 3.5
+    assert "line 1, column 4" in caught.value.details["where"]
 
 
 def test_another_format_is_no_corrupt_row(read):

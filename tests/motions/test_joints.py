@@ -14,7 +14,7 @@ from log_arms import UR, arm_of, log_of
 # Names by role and kind; the last digit is the joint's number.
 NUMBERED = {
     ("q", "plain"): "q1, state.q[0], points[0].positions[1], Position1, pos_joint1, joint_3, theta_4, A6, "
-    "Joint 2 [deg], fer_joint2, joint_a1, E1",
+    "Joint 2 [deg], fer_joint2_pos, joint_a1, E1",
     ("qd", "plain"): "qd1_deg, state.dq[6], field.velocity3, joint_1_vel, q_dot_2 (rad/s)",
     ("torque", "plain"): "state.tau_J[2], TorqueCur3",
     ("q", "measured"): "actual_q_0, AXIS_ACT_A5",
@@ -24,7 +24,7 @@ NUMBERED = {
     ("qdd", "target"): "target_qdd_3, state.ddq_d[0], AccCmptd2",
     ("torque", "target"): "target_moment_0, state.tau_J_d[2]",
 }
-LABELS = {"E1": ("e",), "fer_joint2": ("fer",), "joint_a1": ("a",), "TorqueCur3": ("cur",)}
+LABELS = {"E1": ("e",), "fer_joint2_pos": ("fer",), "joint_a1": ("a",), "TorqueCur3": ("cur",)}
 UNITS = {"qd1_deg": "deg", "Joint 2 [deg]": "deg", "q_dot_2 (rad/s)": "rad/s"}
 # Role, number of the arm's joint or label of others.
 NAMED_JOINTS = {
@@ -97,7 +97,7 @@ def test_matched(names, arm, order, read):
 
 def test_other_names_that_count_are_matched_by_number_and_said_so(read, warned):
     with warned() as texts:
-        logged = read(log_of("fer_joint2 fer_joint1 fer_joint3"), arm_of(*PANDA))
+        logged = read(log_of("fer_joint2_pos fer_joint1_pos fer_joint3_pos"), arm_of(*PANDA))
     np.testing.assert_array_equal(logged.q[0], [1, 0, 2])
     (text,) = texts
     assert all(f"fer_joint{k} is panda_joint{k}" in text for k in (1, 3))
@@ -248,13 +248,11 @@ def test_a_unit_that_contradicts_the_kind_of_its_joint_is_refused(role, column, 
     refused(f"is {kind}", text, arm, map=[f"{role}:1={column}"])
 
 
-AXES = " ".join(f"ARM_ACT_AXIS_{k}" for k in (1, 2, 3))
-
-
 def test_the_printed_names_of_joints_are_those_of_the_columns(refused):
     """Words of the kind stand among those of the joint; the names are typed by `refused`."""
-    advice = "--map joint:shoulder_pan_joint=arm_axis_1 --map joint:shoulder_lift_joint=arm_axis_2"
-    refused(advice, log_of(AXES), arm_of(*UR[:3]))
+    strangers = "left_ACT_hip_joint left_ACT_knee_joint left_ACT_foot_joint"
+    advice = "--map joint:shoulder_pan_joint=left_hip_joint --map joint:shoulder_lift_joint=left_knee_joint"
+    refused(advice, log_of(strangers), arm_of(*UR[:3]))
 
 
 @pytest.mark.parametrize("header", ["time,q1,q2,q3\n", ""])

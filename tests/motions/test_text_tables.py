@@ -110,12 +110,55 @@ def test_units(case, read):
             np.testing.assert_allclose(values[0], expected[role], rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("role", "name", "size"),
+    [
+        *(
+            ("q", name, TURN / 360)
+            for name in ("q_deg_1", "q1Deg", "angleDeg_1", "deg.J1", "q1/deg", "Deg J1")
+        ),
+        *(
+            ("qd", name, TURN / 360)
+            for name in ("qd_deg_s_1", "vel_deg_per_s_1", "qd1_deg/s", "velocity_degps_1")
+        ),
+        *(("qd", name, TURN / 60) for name in ("vel_rpm_1", "speed1 [rpm]")),
+        *(("torque", name, 1e-3) for name in ("tau_mNm_1", "tau1/mNm", "tau1[Nmm]", "torque_1_mNm")),
+        *(("torque", name, 1.0) for name in ("tau_Nm_1", "TAU1 [NM]", "tau1 [N*m]")),
+        *(("torque", name, None) for name in ("tau1 [MNm]", "tau1 [furlong]", "torque_pct_1", "tau1 [mA]")),
+        *(("qd", name, None) for name in ("vel_counts_1", "qd1 [furlong]", "qd1 [Nm]")),
+    ],
+)
+def test_a_unit_stands_anywhere_in_a_name_and_an_unknown_one_is_not_read(role, name, size, read, warned):
+    positions = f"{name},{name.replace('1', '2')}" if role == "q" else "hip,knee"
+    others = "" if role == "q" else f",{name},{name.replace('1', '2')}"
+    cells = ",3,4" if others else ""
+    with warned() as texts:
+        logged = read(f"t,{positions}{others}\n0,3,4{cells}\n0.1,3,4{cells}\n", TWO)
+    values = getattr(logged, role)
+    if size is None:
+        assert values is None
+        assert any(name in text for text in texts) == (role == "torque")
+    else:
+        np.testing.assert_allclose(values[0], [3 * size, 4 * size], rtol=1e-15)
+
+
+def test_an_unknown_unit_of_positions_is_stated_by_one_option(refused, read):
+    for unit in ("furlong", "Mrad"):
+        text = f"t,q1 [{unit}],q2 [{unit}]\n0,1,2\n0.1,1,2\n"
+        refused(f"is in {unit}", text, TWO)  # and what is printed is typed
+        logged = read(text, TWO, map=[f"q=q* [{unit}]:deg"])
+        np.testing.assert_allclose(logged.q[0], np.radians([1, 2]), rtol=1e-15)
+
+
 @pytest.mark.parametrize("unit", ["ticks", "counts", "increments", "grad", "‰"])
-def test_positions_in_units_that_are_not_known_are_none(unit, read, refused):
+def test_positions_in_units_that_are_not_known_are_none(unit, read, refused, warned):
     """Rates beside them must not let them pass for radians."""
     text = f"t,J1 pos [{unit}],J2 pos [{unit}],J1 vel,J2 vel\n0,1,2,3,4\n0.1,1,2,3,4\n"
     refused("no column is recognized as a joint position", text, TWO)
-    assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
+    with warned() as texts:
+        assert read(f"t,q1,q2,tau1 [{unit}],tau2 [{unit}]\n0,1,2,3,4\n0.1,1,2,3,4\n", TWO).torque is None
+    (text,) = texts
+    assert f"tau1 [{unit}]" in text
 
 
 def test_as_said(read):

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from gd_analyze import read_log
+from gd_analyze.errors import TrajectoryError
+from gd_analyze.units import TIME_UNITS
 from log_arms import arm_of
+from strategies import examples
 
 ONE = arm_of("hip")
 
@@ -69,12 +78,23 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "steps of 8.25": (table("time", [0.0, 8.25, 16.5]), {}, "--time-unit ms"),
     "steps of 2000": (table("time", [0, 2000, 4000]), {}, "--time-unit us"),
     "steps of 8 million": (table("time", [0, 8000000, 16000000]), {}, "--time-unit ns"),
+    # Uptimes of minutes to days whose size is that of a date in a unit a thousand times larger.
+    "50 minutes of uptime in us": (table("stamp", [3e9 + 1000 * k for k in range(9)]), {}, "--time-unit us"),
+    "20 days of uptime in ms": (table("time", [1.7e9 + 8 * k for k in range(9)]), {}, "--time-unit ms"),
+    "14 days of uptime in ms, with fractions": (
+        table("time", [1.2e9 + 8.1 * k for k in range(9)]),
+        {},
+        "unit ms",
+    ),
+    "10 days of uptime in us": (table("time", [864e9 + 2000 * k for k in range(9)]), {}, "--time-unit us"),
+    "10 days of uptime in ns": (table("time", [864e12 + 1e6 * k for k in range(9)]), {}, "--time-unit ns"),
+    "a date of whole seconds": (table("time", [1.7e9 + k for k in range(9)]), {}, "--time-unit s"),
     "steps of an hour in ns": (table("time", [0, 36e11, 72e11]), {}, "--time-unit s"),
     "set points read as a log": (SET_POINTS, {"measured": True}, "--time-unit ms"),
     "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, "omit --rate"),
     "a rate for a pair": ("sec,nanosec,q_0\n1,0,1\n1,8,2\n", {"rate": 100.0}, "found: time in s"),
     "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, "no column is recognized as time"),
-    "a date": (table("time", ["2024-01-01T00:00:00"]), {}, "found: '2024-01-01T00:00:00'"),
+    "a date of two meanings": (table("time", ["03/04/2025 10:00:00"]), {}, "found: '03/04/2025 10:00:00'"),
     "no time": ("q_0,temp\n1,2\n2,3\n", {}, "--map time=COLUMN"),
     "two times": (TWO_TIMES, {}, "--map time=time or --map time=timestamp"),
     "a rate for instants since 1970": (
@@ -83,9 +103,60 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
         "found: time in ms",
     ),
     "an epoch of six digits": (table("time", ["1.7e+09"] * 9), {}, "found: 1700000000"),
+    "a unit for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"time_unit": "ms"}, "omit --time-unit"),
+    "a rate for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"rate": 9.0}, "omit --rate"),
     "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, "5 Hz and s"),
     "empty": ("time,q_0\n,1\n,2\n", {}, "empty cells"),
 }
+
+
+@examples(40)
+@given(st.integers(1, 4000), st.integers(0, 10**9), st.sampled_from([("ms", 1), ("us", 10), ("ns", 10**5)]))
+def test_whole_numbers_are_dates_only_with_steps_of_a_log(step, start, unit):
+    """An uptime of up to 23 days, with steps of 0.1 ms to 4 s as robots have, is never read as a date."""
+    name, scale = unit
+    size, step = TIME_UNITS[name], step * scale
+    if not 1e-4 <= step * size <= 4.0:
+        return
+    first = round(start / size) // 500
+    path = Path(tempfile.mkdtemp()) / "log.csv"
+    path.write_text(table("time", [first + k * step for k in range(9)]))
+    with pytest.raises(TrajectoryError) as caught:
+        read_log(path, ONE)
+    assert "--time-unit" in caught.value.details["next"]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "times"),
+    [
+        (["2025-03-04T10:20:30.000000Z", "2025-03-04T10:20:30.016000Z"], [0, 0.016]),
+        (["2025-03-04 10:20:30,016", "2025-03-04 10:20:30,017"], [0, 0.001]),
+        (["2025-03-04T10:20:30.123456789+01:00", "2025-03-04T10:20:30.123456792+01:00"], [0, 3e-9]),
+        (["31.12.2024 23:59:59.5", "01.01.2025 00:00:00.25"], [0, 0.75]),
+        (["2025/3/4 9:59:59.9", "2025/3/4 10:00:00.0"], [0, 0.1]),
+        (["2025-03-30T01:59:59.9+0100", "2025-03-30T03:00:00.0+0200"], [0, 0.1]),
+        (["10:20:30.016", "10:20:30.032"], [0, 0.016]),
+        (["10:20:30:016", "10:20:30:032"], [0, 0.016]),
+        (["0:00:59", "0:01:00"], [0, 1.0]),  # whole seconds, but not samples
+    ],
+)
+def test_dates_are_instants(stamps, times, read):
+    quoted = [f'"{stamp}"' for stamp in stamps]
+    for name in ("timestamp", "time"):
+        logged = read(table(name, quoted), ONE)
+        np.testing.assert_allclose(logged.time, times, rtol=1e-15)
+        assert logged.measured
+    lines = [f'{{"time": "{stamp}", "q": [{0.1 * k}]}}' for k, stamp in enumerate(stamps)]
+    np.testing.assert_allclose(read("\n".join(lines), ONE, "log.jsonl").time, times, rtol=1e-15)
+    # A file of set points with dates is a log.
+    text = "time,q1\n" + "".join(f"{stamp},{k}\n" for k, stamp in enumerate(quoted))
+    np.testing.assert_allclose(read(text, ONE).time, times, rtol=1e-15)
+
+
+def test_a_cell_that_is_no_date_among_dates(refused):
+    stamps = [f"2025-03-04T10:20:{k:02d}.5Z" for k in range(40)]
+    for wrong in ("2025-03-04T10:2x:00Z", "2025-13-04T10:20:00Z", "17", "inf"):
+        refused("line 22, column 1", table("time", [*stamps[:20], wrong, *stamps[21:]]), ONE)
 
 
 @pytest.mark.parametrize("case", CASES)

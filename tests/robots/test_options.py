@@ -7,7 +7,7 @@ import math
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
 from robot_files import TWO_ARMS, chain, fingers, joint, link, two_joints, urdf
 
 
@@ -165,6 +165,22 @@ def test_a_joint_of_a_simulator_that_holds_the_base_closes_no_loop(read):
 def test_a_lock_that_is_none(read, lock):
     with pytest.raises(UsageError, match="--lock"):
         read(two_joints(), lock=lock)
+
+
+@pytest.mark.parametrize("lock", ["elbow=10mm", "elbow=90", "elbow=4ms"])
+def test_a_lock_of_another_kind_or_of_degrees_without_a_unit(read, lock):
+    with pytest.raises(GdAnalyzeError) as caught:
+        read(two_joints(), lock=[lock])
+    assert "--lock" in str(caught.value)
+    assert "elbow at 1.5708 rad" in " ".join(read(two_joints(), lock=["elbow=90deg"]).assumptions)
+
+
+@pytest.mark.parametrize("limit", ["1=10mm", "all=600", "1=4ms", "1=20g"])
+def test_a_limit_of_another_kind_or_of_degrees_without_a_unit(limit):
+    with pytest.raises(UsageError) as caught:
+        gd.load_arm("two_link", limits=[limit])
+    assert caught.value.details["where"] == "--limits"
+    assert accelerations(gd.load_arm("two_link", limits=["all=600deg"])) == pytest.approx([10.47197551] * 2)
 
 
 def test_an_arm_of_toml_takes_limits_and_has_no_chain_to_choose():

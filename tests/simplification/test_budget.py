@@ -42,7 +42,7 @@ UNDERSTOOD = {
     " 2.5 % ": [[(0.025, "peak")]],
     "0.5": [[(0.5, "torque")]],
     "0.5Nm": [[(0.5, "torque")]],
-    "3 N": [[(3.0, "torque")]],
+    "3 N": [[(3.0, "force")]],
     "1%,0.2,.5%": [[(0.01, "peak")], [(0.2, "torque")], [(0.005, "peak")]],
     "10% of Friction": [[(0.1, "friction")]],
     "1%  OR uncertainty": [[(0.01, "peak"), (1.0, "uncertainty")]],
@@ -53,6 +53,18 @@ UNDERSTOOD = {
 def test_what_is_understood():
     for text, entries in UNDERSTOOD.items():
         assert [[tuple(one) for one in entry] for entry in Budget.parse(text).entries] == entries
+
+
+def test_a_force_is_no_budget_of_a_joint_that_turns(by):
+    scara = gd.load_arm("scara")
+    with pytest.raises(UsageError) as caught:
+        Budget.parse("5 N").allowed(by)
+    assert "joint 1" in caught.value.details["where"]
+    with pytest.raises(UsageError):
+        Budget.parse("5 MN m")  # not 5 mN m
+    slides = [not revolute for revolute in scara.is_revolute]
+    allowed = Budget.parse("0.5 N m or 5 N").allowed(ReferenceTorques(scara, np.ones(scara.n_joints)))
+    np.testing.assert_array_equal(allowed, np.where(slides, 5.0, 0.5))
 
 
 REFUSED = ("", "%", "one", "-1%", "nan", "1e999", "1% 2%", "1 kg", "1%,", "1% or", "1 friction", "10% rust")

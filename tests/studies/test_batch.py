@@ -210,6 +210,15 @@ def test_options_of_text_are_read_as_the_settings_take_them():
     for key in ("drives", "operations", "dominance"):
         with pytest.raises(UsageError, match=key):
             batch_rows.settings_of({key: "perhaps"})
+    assert batch_rows.settings_of({"operations": 80.0}) == {"operations": 80}
+    for count in ("80.9", 80.9, "-1", "1e400", "1e-3", True, "80 rad"):
+        with pytest.raises(UsageError) as caught:
+            batch_rows.settings_of({"operations": count})
+        assert caught.value.details["where"] == "operations"
+        assert caught.value.details["expected"]
+    for cell in ("10mm", "5deg"):
+        with pytest.raises(UsageError, match="dominance"):
+            batch_rows.settings_of({"dominance": cell})
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 )
 @click.option(
     "--mass",
-    type=options.Amount("mass"),
+    type=options.Amount("mass", 1e-3, 1e3),
     metavar="KG",
     help="Mass of that payload, if known: all torques are scaled to meet it.",
 )

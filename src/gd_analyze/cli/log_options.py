@@ -41,9 +41,11 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
         ),
         option(
             "--map",
-            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none), of a column "
-            "per joint (q=mp1..mp7), or its name for a joint (joint:elbow=joint_a3). May be repeated.",
-            metavar="ROLE=COLUMN",
+            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of one "
+            "per joint, where * stands for its name or number ('q=AIPos.A*', q=mp1..mp7), if need be with a "
+            "unit ('q=AIPos.A*:deg', time=Time:us); or a joint's name in the log (joint:elbow=joint_a3). May "
+            "be repeated.",
+            metavar="ROLE=COLUMN[:UNIT]",
             multiple=True,
         ),
         option(
@@ -101,13 +103,13 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
             "--cutoff",
             "Readings: cut-off frequency of the smoothing.  [default: from their noise]",
             metavar="HZ",
-            type=Amount("frequency"),
+            type=Amount("frequency", 0.01, 1e4),
         ),
         option(
             "--largest-gap",
             "Readings: longest step between samples that is no gap.",
             metavar="SECONDS",
-            type=Amount("time"),
+            type=Amount("time", 1e-4, 60.0),
         ),
     )
 

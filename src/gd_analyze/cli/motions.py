@@ -15,8 +15,7 @@ from gd_analyze.cli.options import TRAJECTORY, Amount, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
 from gd_analyze.errors import TrajectoryError, UsageError
-from gd_analyze.text import number_in
-from gd_analyze.units import Quantity
+from gd_analyze.units import Quantity, joint_units
 
 # As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
@@ -95,7 +94,7 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 @click.option(
     "--duration",
     required=True,
-    type=Amount("time"),
+    type=Amount("time", most=600.0),
     metavar="SECONDS",
     help="Time from start to goal.",
 )
@@ -206,13 +205,14 @@ def _box(listed: str) -> gd.types.Workspace:
     """Comma-separated corners of a box, m."""
     from gd_analyze.identification.excitation import Workspace
 
-    values = [number_in(entry.strip()) for entry in listed.split(",")]
+    quantities = [Quantity.parse(entry) for entry in listed.split(",")]
+    values = [None if quantity is None else quantity.of_joint(revolute=False) for quantity in quantities]
     numbers = [value for value in values if value is not None]
     if not len(numbers) == len(values) == 6:
         raise UsageError(
             "--within is not six numbers",
             where="--within",
-            expected="x,y,z of the lower corner, then of the upper one, m",
+            expected=f"x,y,z of the lower corner, then of the upper one, each {joint_units(revolute=False)}",
             found=repr(listed),
         )
     return Workspace(numbers[:3], numbers[3:])

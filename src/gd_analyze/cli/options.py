@@ -118,12 +118,15 @@ def parse_margin(text: str) -> gd.types.Margin:
 
 
 class Amount(click.ParamType[float]):
-    """A number above 0 in SI, alone or with a unit of one kind: 5, 5Hz."""
+    """A number above 0 in SI, alone or with a unit of one kind: 5, 5Hz.
+
+    Without a unit it must be of usual size, as it is probably in another unit else.
+    """
 
     name = "number"
 
-    def __init__(self, kind: str = "") -> None:
-        self._kind = kind
+    def __init__(self, kind: str = "", least: float = 0.0, most: float = LARGEST) -> None:
+        self._kind, self._least, self._most = kind, least, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Read it; click's own range lets nan and inf pass."""
@@ -131,6 +134,12 @@ class Amount(click.ParamType[float]):
         if si is None or not 0.0 < si <= LARGEST:
             unit = f", or with a unit such as {next(iter(UNITS[self._kind]))}" if self._kind else ""
             self.fail(f"{value!r} is not a number above 0 and up to {LARGEST:g}{unit}", param, ctx)
+        bare = Quantity.read(value)
+        if bare is not None and not bare.kind and not self._least <= si <= self._most:
+            unit = next(iter(UNITS[self._kind])) if self._kind else ""
+            hint = f": write {value}{unit} if it is meant" if unit else ""
+            usual = f"{self._least:g} to {self._most:g} {unit}".rstrip()
+            self.fail(f"{value} is not within {usual}{hint}", param, ctx)
         return si
 
 

@@ -37,14 +37,14 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
 @options.simplify
 @click.option(
     "--effort",
-    type=click.FloatRange(0.0, 1000.0, min_open=True),
+    type=options.Amount(most=1000.0),
     default=1.0,
     metavar="FACTOR",
     help="Length of the search, as a multiple of the usual one.",
 )
 @click.option(
     "--within",
-    type=click.FloatRange(0.0, min_open=True),
+    type=options.Amount("time"),
     default=None,
     metavar="SECONDS",
     help="Level fast: end the search after so many seconds.",

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable
+from gd_analyze.motions.table import ArrayTable, nanoseconds_in
 from gd_analyze.motions.text import EMPTY, TextTable
 from gd_analyze.text import in_python, json_fault, number_in
 
@@ -236,7 +236,9 @@ def _table_of_rows(path: Path, rows: Iterable[tuple[int, Record | TrajectoryErro
                     expected = f"{', '.join(labels[name])}, as before"
                     raise refusal("the joints' names change", Location(path, line), expected, joints, step)
                 continue
-            numbers = _numbers(value)
+            date = nanoseconds_in(value) if isinstance(value, str) else None
+            name = name if date is None else f"{name} [ns]"
+            numbers = _numbers(value) if date is None else [date]
             if numbers is None:
                 continue
             width = widths.setdefault(name, len(numbers) if isinstance(value, list) else 0)

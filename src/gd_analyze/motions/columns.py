@@ -2,39 +2,57 @@
 
 from __future__ import annotations
 
-import difflib
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.arrays import FloatArray
 from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
+from gd_analyze.motions.mapping import (
+    joint_named,
+    listed_names,
+    map_option,
+    mapped_columns,
+    no_column,
+    patterns_given,
+)
+from gd_analyze.motions.missing import (
+    ORDER,
+    PLURAL,
+    AmbiguityError,
+    NamedLog,
+    ambiguous,
+    incomplete,
+    lacking,
+    no_currents,
+    no_numbers,
+    no_positions,
+    unknown_torques,
+)
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
     Meaning,
-    as_written,
     fitting_unit,
     is_of_set_points,
     known_joints,
+    meaning_by_pattern,
     meaning_of,
     units_of,
     words_of,
 )
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
-_NONE = "none"
-_ORDER = {"measured": 0, "plain": 1, "target": 2}
-_PLURAL = {"q": "positions", "qd": "velocities", "qdd": "accelerations", "torque": "torques"}
 _TIMED = ("time", "sec", "nanosec", "index")
-# Most names listed in a message.
-_MOST_LISTED_NAMES = 12
+_ZERO = "0 throughout"
+# Numbers of one quantity in two units agree to the digits with which logs are written.
+_EQUAL_DIGITS = 1e-5
+_SI = ("", "rad", "m", "N m", "N")
 
 Role = Literal["time", "unused"] | MotionRole
 
@@ -70,32 +88,14 @@ class Choice:
         return (sorted({*columns, *times}), ()) if self.set_points else (sorted(columns), times)
 
 
-class AmbiguityError(TrajectoryError):
-    """Several families fit equally; those that are 0 throughout may be left out in a second try."""
-
-    families: tuple[Family, ...] = ()
-
-
-@dataclass(frozen=True)
-class _NamedLog:
-    """A log with the meanings of its columns' names."""
-
-    table: LogTable
-    arm: RobotArm
-    reading: Reading
-    meanings: Sequence[Meaning]  # of its columns
-    families: Sequence[Family]
-    zero: frozenset[object]  # keys of families that are 0 throughout
-
-
 def chosen_columns(
     table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
 ) -> tuple[Choice, Columns]:
-    """Choose columns and read them; choose again if those of a family are 0 throughout."""
-    zero: frozenset[object] = frozenset()
+    """Choose columns and read them; choose again without families that are 0 throughout or given twice."""
+    left_out: dict[object, str] = {}
     while True:
         try:
-            outcome: Choice | AmbiguityError = _choose(table, arm, reading, zero)
+            outcome: Choice | AmbiguityError = _choose(table, arm, reading, left_out)
         except AmbiguityError as error:
             outcome = error
         if isinstance(outcome, Choice):
@@ -105,16 +105,49 @@ def chosen_columns(
             families, times = outcome.families, ()
             numbers = sorted({column for family in families for column in family.all_columns})
         columns = table.read(numbers, times, progress)
-        zero_keys: set[object] = set()
-        if families:
-            moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
-            zero_keys = {family.key for family in families if not moving & set(family.all_columns)}
-        if zero_keys <= zero:
+        moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+        # Where no row can be read, numbers say nothing of a family; `log_of` names the cell.
+        judged = families if len(columns.wrong) < len(columns.numbers) else ()
+        reasons: dict[object, str] = {f.key: _ZERO for f in judged if not moving & set(f.all_columns)}
+        if not isinstance(outcome, Choice) and not reasons:
+            reasons = _given_twice(families, arm, dict(zip(numbers, columns.numbers.T, strict=True)), table)
+        if reasons.keys() <= left_out.keys():
             if isinstance(outcome, Choice):
                 _require_one_role_each(outcome, table)
                 return outcome, columns
             raise outcome
-        zero |= zero_keys
+        left_out |= reasons
+
+
+def _given_twice(
+    families: Sequence[Family], arm: RobotArm, numbers: Mapping[int, FloatArray], table: LogTable
+) -> dict[object, str]:
+    """Families with the numbers of another, maybe in another unit, such as degrees beside radians.
+
+    Of these the one in SI units stays, else the first.
+    """
+
+    def in_si(family: Family) -> FloatArray | None:
+        """Numbers, (n, N); None where their units are not known."""
+        sizes = []
+        for joint in arm.joints:
+            units = units_of(family.role, joint.kind == "revolute")
+            unit = fitting_unit(family.unit or next(iter(units)), family.role, joint.kind == "revolute")
+            sizes.append(np.nan if unit is None else units[unit])
+        columns = [columns[0] for _, columns in sorted(family.columns.items())]
+        return None if np.isnan(sizes).any() else np.array([numbers[c] for c in columns]) * np.c_[sizes]
+
+    first, *others = sorted(families, key=lambda family: family.unit.partition("/")[0] not in _SI)
+    values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
+    if values is None:
+        return {}
+    tolerance = _EQUAL_DIGITS * float(np.nanmax(np.abs(values), initial=0.0))
+    copies: dict[object, str] = {}
+    for family in others:
+        other = in_si(family)
+        if other is not None and np.allclose(other, values, rtol=0.0, atol=tolerance, equal_nan=True):
+            copies[family.key] = same
+    return copies
 
 
 def _require_one_role_each(choice: Choice, table: LogTable) -> None:
@@ -129,21 +162,26 @@ def _require_one_role_each(choice: Choice, table: LogTable) -> None:
         used[column] = use
 
 
-def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[object]) -> Choice:
-    """Choose columns, or refuse; `zero` are the keys of families that are 0 throughout."""
+def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[object, str]) -> Choice:
+    """Choose columns, or refuse; `left_out` are the keys of families that their numbers leave out."""
+    mapped, units = mapped_columns(table, arm, reading)
     meanings = _meanings(table, arm, reading)
+    for column, unit in units.items():
+        meanings[column] = replace(meanings[column], unit=unit)
     plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
+    first_of: dict[str, int] = {}
     for k, name in enumerate(plain if table.set_points and not reading.map else ()):
-        if name in plain[:k]:
-            places = f"{table.names[k]} in column {k + 1}, {name} in column {plain.index(name) + 1}"
+        if first_of.setdefault(name, k) < k:
+            places = f"{table.names[k]} in column {k + 1}, {name} in column {first_of[name] + 1}"
             raise refusal(f"column {name} is given twice", table.where(None, k), "one column", places)
     # In a file of set points q1 is the arm's first joint, whatever its name, with or without a header line.
     named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
     complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
     in_order = table.set_points or (named and complete)
     names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
-    log = _NamedLog(table, arm, reading, meanings, families_of(meanings, names, table.names), zero)
-    mapped = _mapped(table, arm, reading)
+    families = families_of(meanings, names, table.names)
+    patterned = frozenset(pattern.role for pattern in patterns_given(table, reading))
+    log = NamedLog(table, arm, reading, meanings, families, patterned, left_out)
     chosen: dict[str, Family] = {}
     uses: list[tuple[int, ColumnUse]] = []
     for role in ROLES:
@@ -158,6 +196,9 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[ob
             chosen[role] = family
         if family is not None or column_of_joint:
             uses += _uses(log, role, family, column_of_joint)
+    roles = {use.role for _, use in uses}
+    if reading.torque_constant is not None and "torque" not in roles:
+        raise no_currents(log)
     kinds = {role: family.kind for role, family in chosen.items()}
     planned = table.planned
     if planned is None:
@@ -176,31 +217,39 @@ def _choose(table: LogTable, arm: RobotArm, reading: Reading, zero: frozenset[ob
         where = table.where(None, column)
         expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
         step = "choose the arm of this file, or complete the columns"
-        raise refusal(message, where, expected, _listed(table.names), step)
-    return Choice(tuple(uses), time, unused, measured, exact, tuple(_remarks(log, chosen)), chosen)
+        raise refusal(message, where, expected, listed_names(table.names), step)
+    remarks = _remarks(log, chosen)
+    if measured and "torque" not in roles and ("torque", -1) not in mapped:
+        remarks += unknown_torques(log, {column for column, _ in uses})
+    return Choice(tuple(uses), time, unused, measured, exact, tuple(remarks), chosen)
 
 
 def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
     """Meanings of the columns' names; columns of text and those not asked for have none."""
     joints = known_joints([joint.name for joint in arm.joints])
+    known = {word for joint in arm.joints for word in words_of(joint.name) if len(word) > 1}
     for role, log_name in reading.map:
         if role.startswith("joint:"):
-            joint = _joint_named(role.removeprefix("joint:"), arm)
+            joint = joint_named(role.removeprefix("joint:"), arm)
             joints = {words: k for words, k in joints.items() if k != joint} | {words_of(log_name): joint}
     named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
     only = set() if named else set(reading.columns)
     for name in sorted(only - set(table.names)):
-        raise _no_column(name, table, "--columns")
+        raise no_column(name, table, "--columns")
     meanings = []
     for k, name in enumerate(table.names):
-        meaning = meaning_of(name, joints) if name and (not only or name in only) else Meaning("other")
+        asked = name and (not only or name in only)
+        meaning = meaning_of(name, joints, known) if asked else Meaning("other")
         unit, role = meaning.unit, meaning.role
         if role in ROLES:
-            fits = not unit or any(fitting_unit(unit, role, revolute) for revolute in (True, False))
+            currents = reading.torque_constant is not None
+            fits = not unit or any(fitting_unit(unit, role, kind, currents) for kind in (True, False))
         else:
             fits = role != "time" or unit in ("", *TIME_UNITS)
         text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
-        meanings.append(meaning if fits and not text else Meaning("other", unit=unit))
+        if not fits or text:
+            meaning = Meaning("other", unit=unit, word=role, rejected="text" if text else "unit")
+        meanings.append(meaning)
     # Columns name0, name1 and so on hold the joints' names of the numbered columns.
     naming = [
         k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
@@ -213,109 +262,59 @@ def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]
         label = labels.get(meaning.number)
         if meaning.role in ROLES and label is not None and meaning.joint is None:
             meanings[k] = replace(meaning, token=() if label in joints else label, joint=joints.get(label))
+    patterns = [(pattern, pattern.columns(table)) for pattern in patterns_given(table, reading)]
+    for pattern, stars in patterns:
+        if not stars:
+            raise no_column(pattern.text, table, "--map")
+    replaced = {pattern.role for pattern, _ in patterns}
+    meanings = [Meaning("other", unit=m.unit) if m.role in replaced else m for m in meanings]
+    for pattern, stars in patterns:
+        for k, star in stars.items():
+            if meanings[k].role in _TIMED:
+                continue
+            unit = pattern.unit or meanings[k].unit
+            meanings[k] = meaning_by_pattern(pattern.role, pattern.text, star, unit, joints)
     return meanings
 
 
-def _mapped(table: LogTable, arm: RobotArm, reading: Reading) -> dict[tuple[str, int], int]:
-    """Columns named by the user, by role and joint; joint -1 for a role to leave out."""
-    mapped: dict[tuple[str, int], int] = {}
-    for role, column in reading.map:
-        quantity, colon, joint = role.partition(":")
-        if quantity == "joint" and colon:
-            continue
-        if quantity not in (*ROLES, "time") or ((quantity == "time") == bool(colon) and column != _NONE):
-            expected = "time, joint:JOINT, or q:JOINT, qd:JOINT, qdd:JOINT, torque:JOINT; or qd=none"
-            message = f"{quantity} of which joint?" if quantity in ROLES else f"unknown role {role!r}"
-            raise refusal(message, "--map", expected, f"{role}={column}")
-        if column == _NONE and quantity != "q":
-            mapped[quantity, -1] = -1
-        else:
-            mapped[quantity, _joint_named(joint, arm) if colon else 0] = _column_named(column, table)
-    return mapped
-
-
-def _joint_named(name: str, arm: RobotArm) -> int:
-    """Number, from 0, of the arm's joint given by name or by number from 1."""
-    number = arm.joint_number(name)
-    if number is not None:
-        return number
-    names = [joint.name for joint in arm.joints]
-    near = difflib.get_close_matches(name, names, n=1)
-    expected = f"{', '.join(names)}, or a number from 1 to {arm.n_joints}"
-    step = f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints"
-    raise refusal(f"arm {arm.name} has no joint {name!r}", "--map", expected, repr(name), step)
-
-
-def _column_named(column: str, table: LogTable) -> int:
-    """Column given by name, or by #NUMBER from 1; TrajectoryError if there is none or several."""
-    if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
-        number = int(column[1:])
-        if 1 <= number <= len(table.names):
-            return number - 1
-    matches = [k for k, name in enumerate(table.names) if name == column]
-    if not matches:
-        raise _no_column(column, table, "--map")
-    if len(matches) > 1:
-        numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
-        raise refusal(f"{len(matches)} columns are named {column}", "--map", "one column", numbers, step)
-    return matches[0]
-
-
-def _no_column(column: str, table: LogTable, where: str) -> TrajectoryError:
-    near = difflib.get_close_matches(column, table.names, n=3)
-    place, expected = f"{where}; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
-    step = f"did you mean {' or '.join(near)}?" if near else "check the name"
-    return refusal(f"the log has no column {column!r}", place, expected, _listed(table.names), step)
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names as one line of a message; only the first of many."""
-    names = [name for name in names if name]
-    first = ", ".join(names[:_MOST_LISTED_NAMES]) or "columns without names"
-    return first if len(names) <= _MOST_LISTED_NAMES else f"{first}, ... ({len(names)})"
-
-
-def _family(log: _NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
+def _family(log: NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
     """Choose the family of a role; positions are required."""
     words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
     of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
-    if role != "q" and q is not None and not words:
+    if role != "q" and q is not None and not words and role not in log.patterned:
         # Quantities of the positions' topic, measured or commanded like them, are preferred.
         commanded = q.kind == "target"
-        of_role = [f for f in of_role if f.topic == q.topic and (f.kind == "target") == commanded]
+        any_topic = "q" in log.patterned
+        of_role = [
+            f for f in of_role if (any_topic or f.topic == q.topic) and (f.kind == "target") == commanded
+        ]
     complete = [
         f for f in of_role if all(j in f.columns or j in column_of_joint for j in range(log.arm.n_joints))
     ]
-    alive = [family for family in complete if family.key not in log.zero]
-    if not complete and role == "q":
+    alive = [family for family in complete if family.key not in log.left_out]
+    if not complete and (role == "q" or role in log.patterned):
         if column_of_joint:
-            raise _incomplete(log, role, column_of_joint)
-        raise _no_positions(log, of_role, words)
-    if not complete or (not alive and role != "q"):
+            raise incomplete(log, role, column_of_joint)
+        texts = log.rejected(role, "text")
+        if texts:
+            raise no_numbers(log.table, texts[0])
+        raise lacking(log, role, of_role) if of_role else no_positions(log, words)
+    if not complete or (not alive and role != "q" and role not in log.patterned):
         return None
 
     def preference(family: Family) -> tuple[int, ...]:
         other_group = 0 if q is None else int(family.group != q.group)
-        return other_group, _ORDER[family.kind], family.rank, int(bool(family.label))
+        return other_group, ORDER[family.kind], family.rank, int(bool(family.label))
 
     best = min(map(preference, alive or complete))
     choices = [family for family in alive or complete if preference(family) == best]
     if len(choices) > 1:
-        raise _ambiguous(role, choices, log.table)
+        raise ambiguous(role, choices, log.table)
     return choices[0]
 
 
-def _incomplete(log: _NamedLog, role: str, column_of_joint: Mapping[int, int]) -> TrajectoryError:
-    """Error for a role of which the user named the columns of some joints only."""
-    names = [joint.name for joint in log.arm.joints]
-    mapped_names = ", ".join(names[joint] for joint in sorted(column_of_joint))
-    lacking = next(name for joint, name in enumerate(names) if joint not in column_of_joint)
-    expected, step = f"a column for each joint, {lacking} too", f"add --map '{role}:{lacking}=COLUMN'"
-    return refusal(f"{role} is given for some joints only", "--map", expected, mapped_names, step)
-
-
 def _uses(
-    log: _NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
+    log: NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
 ) -> list[tuple[int, ColumnUse]]:
     table, uses = log.table, []
     for index, joint in enumerate(log.arm.joints):
@@ -323,12 +322,12 @@ def _uses(
         if index in column_of_joint:
             column, why = column_of_joint[index], "as given"
         elif not columns or family is None:
-            raise _incomplete(log, role, column_of_joint)
+            raise incomplete(log, role, column_of_joint)
         elif len(columns) > 1:
             message = f"{len(columns)} columns hold {role} of {joint.name}"
             where = table.where(None, columns[1])
-            candidates = _listed([f"{table.names[c]} (column {c + 1})" for c in columns])
-            pairs = (_map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
+            candidates = listed_names([f"{table.names[c]} (column {c + 1})" for c in columns])
+            pairs = (map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
             step = f"choose: {' or '.join(pairs)}"
             raise refusal(message, where, "one", candidates, step)
         else:
@@ -337,7 +336,15 @@ def _uses(
         if not stated_unit:
             degrees = log.reading.degrees and is_revolute and role != "torque"
             stated_unit = "deg" if degrees else next(iter(units_of(role, is_revolute)))
-        unit = fitting_unit(stated_unit, role, is_revolute)
+        currents = log.reading.torque_constant is not None
+        unit = fitting_unit(stated_unit, role, is_revolute, currents)
+        if unit is None and role == "torque" and stated_unit in UNITS["current"]:
+            message, expected = (
+                f"column {table.names[column]} is in {stated_unit}",
+                "the joint's torque per ampere",
+            )
+            step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
+            raise refusal(message, table.where(None, column), expected, stated_unit, step)
         if unit is None:
             message = f"column {table.names[column]} is in {stated_unit}"
             expected = ", ".join(units_of(role, is_revolute))
@@ -348,7 +355,7 @@ def _uses(
     return uses
 
 
-def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
+def _time(log: NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
     """Column of time; None where rows are counted."""
     table = log.table
     if ("time", 0) in mapped:
@@ -372,21 +379,22 @@ def _time(log: _NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns 
         for k, name in enumerate(table.names):
             cells = table.head(k)
             if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
-                message = f"the time in column {name} is text, which is not read as instants"
+                message = f"the time in column {name} is text that is not read as instants"
+                expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
                 raise refusal(message, table.where(None, k), expected, in_python(cells[0]), step)
         message = "no column is recognized as time"
-        raise refusal(message, table.where(), expected, _listed(table.names), step)
+        raise refusal(message, table.where(), expected, listed_names(table.names), step)
     return time
 
 
-def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
+def _unused(log: NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
     """Why each of the other columns is left out."""
-    why = {}
+    why: dict[int, str] = {}
     for column, meaning in enumerate(log.meanings):
         if column not in used and meaning.role not in _TIMED:
-            why[column] = "names of joints" if meaning.role == "name" else "no quantity of the joints' motion"
+            why[column] = _why_unused(meaning)
     for family in log.families:
-        reason = "0 throughout" if family.key in log.zero else "of another family"
+        reason = log.left_out.get(family.key, "of another family")
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
             reason = "target; measured is used"
         why |= dict.fromkeys(set(family.all_columns) - used, reason)
@@ -395,12 +403,20 @@ def _unused(log: _NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dic
     return why
 
 
-def _map_option(pair: str) -> str:
-    """Option that can be pasted into a shell."""
-    return f"--map {shlex.quote(pair)}"
+def _why_unused(meaning: Meaning) -> str:
+    """Why a column is no quantity of the joints' motion, by its name."""
+    if meaning.role == "name":
+        return "names of joints"
+    if meaning.rejected == "text":
+        return "text, not numbers"
+    if meaning.rejected == "unit":
+        return f"in {meaning.unit}, no unit of {meaning.word}"
+    if meaning.unknown and (meaning.joint is not None or meaning.number is not None):
+        return f"beside the joint, what {' '.join(meaning.unknown)} means is unknown"
+    return "no quantity of the joints' motion"
 
 
-def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
+def _remarks(log: NamedLog, chosen: Mapping[str, Family]) -> list[str]:
     """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
     q = chosen.get("q")
@@ -411,7 +427,7 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
         else:
             matched = f"joints matched by number, as their names differ: {log_name} is {arm_name}"
             matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
-        remarks.append(f"{matched}; {_map_option(f'joint:{arm_name}={log_name}')} {changes}")
+        remarks.append(f"{matched}; {map_option(f'joint:{arm_name}={log_name}')} {changes}")
     counts = arms_numbers([joint.name for joint in log.arm.joints])
     if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
         astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
@@ -421,72 +437,16 @@ def _remarks(log: _NamedLog, chosen: Mapping[str, Family]) -> list[str]:
     # An arm selected from a longer chain may count like the log.
     is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
     if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
-        left_out = _listed([log.table.names[k] for k in q.extra])
+        left_out = listed_names([log.table.names[k] for k in q.extra])
         logged = f"{len(q.columns) + len(q.extra)} joints logged"
         check = f"left out: {left_out}; check that the log belongs to this arm"
         remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
     for role, family in chosen.items():
-        zero_families = [
-            f for f in log.families if f.role == role and f.key in log.zero and f.key != family.key
-        ]
-        if zero_families:
-            first = ", ".join(log.table.names[min(f.all_columns)] for f in zero_families)
-            source = log.table.names[min(family.all_columns)]
-            remarks.append(f"{first} ... are 0 throughout; {_PLURAL[role]} taken from {source} ...")
+        for reason in dict.fromkeys(log.left_out.values()):
+            keys = {key for key in log.left_out if log.left_out[key] == reason} - {family.key}
+            others = [f for f in log.families if f.role == role and f.key in keys]
+            if others:
+                first = ", ".join(log.table.names[min(f.all_columns)] for f in others)
+                source = log.table.names[min(family.all_columns)]
+                remarks.append(f"{first} ... are {reason}; {PLURAL[role]} taken from {source} ...")
     return remarks
-
-
-def _ambiguous(role: str, choices: Sequence[Family], table: LogTable) -> AmbiguityError:
-    shared = frozenset.intersection(*(family.words for family in choices))
-    words = []
-    for family in choices[:6]:
-        distinct_words = sorted(family.words - shared, key=lambda word: (word in (*_ORDER, ""), word))
-        words += distinct_words[:1] if distinct_words and distinct_words[0] else []
-    for_role = "" if role == "q" else f"{role}="
-    options = [f"--family {for_role}{word}" for word in words]
-    choose_by = " or ".join(options) or "--columns with the names to use"
-    message, step = f"several columns may be the {_PLURAL[role]}", f"choose: {choose_by}"
-    candidates = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
-    expected = "one column per joint"
-    error = AmbiguityError(message, where=table.where(), expected=expected, found=candidates, next_step=step)
-    error.families = tuple(choices)
-    return error
-
-
-def _no_positions(log: _NamedLog, of_role: Sequence[Family], words: Sequence[str]) -> TrajectoryError:
-    """Error for a log whose positions are not those of all the arm's joints."""
-    table, arm = log.table, log.arm
-    names = [joint.name for joint in arm.joints]
-    if words and not of_role and any(family.role == "q" for family in log.families):
-        family_words = sorted({word for f in log.families if f.role == "q" for word in f.words if word})
-        message = f"no positions are of family {' '.join(words)}"
-        step = "give one of these words with --family"
-        return refusal(message, table.where(), ", ".join(family_words), " ".join(words), step)
-    if of_role:
-        nearest = max(of_role, key=lambda family: len(family.columns))
-        missing = [name for j, name in enumerate(names) if j not in nearest.columns]
-        used_names = [table.names[c] for c in nearest.all_columns]
-        remaining_names = [name for name in table.names if name and name not in used_names]
-        message, expected = f"the log has no position of joint {', '.join(missing)}", ", ".join(names)
-        listed = _listed(used_names) + (f"; also {_listed(remaining_names)}" if remaining_names else "")
-        step = f"--map 'q:{missing[0]}=COLUMN' names a column, or choose the log's arm"
-        return refusal(message, table.where(), f"positions of all joints: {expected}", listed, step)
-    strangers = {
-        as_written(meaning.token, name) if meaning.label else name: None
-        for meaning, name in zip(log.meanings, table.names, strict=True)
-        if meaning.role == "q" and meaning.token and meaning.joint is None
-    }
-    if strangers:
-        message, listed = f"the log's joints are not those of arm {arm.name}", _listed(list(strangers))
-        if len(strangers) == arm.n_joints:
-            pairs = (
-                _map_option(f"joint:{arm_name}={log_name}")
-                for arm_name, log_name in zip(names, strangers, strict=True)
-            )
-            step = f"if these are the same joints in this order: {' '.join(pairs)}"
-        else:
-            step = f"--map 'joint:{names[0]}=NAME' for every joint, with its name in the log"
-        return refusal(message, table.where(), ", ".join(names), listed, step)
-    message, step = "no column is recognized as a joint position", f"--map 'q:{names[0]}=COLUMN' and so on"
-    expected = f"names such as q1, joint_1, actual_q_0, or those of the arm's joints: {', '.join(names)}"
-    return refusal(message, table.where(), expected, _listed(table.names), f"name the columns: {step}")

@@ -12,9 +12,8 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.limits import value_in
 from gd_analyze.text import in_python, number_in
-from gd_analyze.units import Quantity
+from gd_analyze.units import Quantity, joint_units
 
 _COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
@@ -36,7 +35,8 @@ class Corrections:
     torque_sign
         -1 for a joint whose torque alone is reversed, (n,), or one for all.
     offset
-        Number of a joint from 1, or its name, and an angle (length) added to its positions, rad (m).
+        Number of a joint from 1, or its name, and an angle (length) that is added to its positions; without
+        a unit rad (m).
     lag
         Time by which torques are late, s; negative if they are early.
 
@@ -49,7 +49,7 @@ class Corrections:
     couple: tuple[str, ...] = ()
     position_sign: tuple[float, ...] = ()
     torque_sign: tuple[float, ...] = ()
-    offset: tuple[tuple[str, float], ...] = ()
+    offset: tuple[tuple[str, Quantity], ...] = ()
     lag: float = 0.0
 
     @classmethod
@@ -58,16 +58,18 @@ class Corrections:
         couple: Iterable[str] | str = (),
         position_sign: str | Iterable[float] = (),
         torque_sign: str | Iterable[float] = (),
-        offset: Iterable[str] | Mapping[str, float] = (),
+        offset: Iterable[str] | Mapping[str, float | str] = (),
         lag: str | float = 0.0,
     ) -> Corrections:
         """Parse words as typed: "q3=q3-q2", "1,-1,1", "-1", "3=90deg", "4ms"."""
-        offsets = offset.items() if isinstance(offset, Mapping) else map(_offset, offset)
+        offsets = (
+            offset.items() if isinstance(offset, Mapping) else (str(w).rpartition("=")[::2] for w in offset)
+        )
         return cls(
             (couple,) if isinstance(couple, str) else tuple(couple),
             _signs(position_sign, "--position-sign"),
             _signs(torque_sign, "--torque-sign"),
-            tuple((str(joint), float(value)) for joint, value in offsets),
+            tuple(_offset(str(joint).strip(), value) for joint, value in offsets),
             _lag(lag),
         )
 
@@ -80,7 +82,7 @@ class Corrections:
         signs = {"--position-sign": self.position_sign, "--torque-sign": self.torque_sign}
         out = [f"--couple {word}" for word in self.couple]
         out += [f"{name} {','.join(f'{x:g}' for x in values)}" for name, values in signs.items() if values]
-        out += [f"--offset {joint}={value:g}" for joint, value in self.offset]
+        out += [f"--offset {joint}={value}" for joint, value in self.offset]
         return " ".join(out + ([f"--lag {self.lag:g}s"] if self.lag else []))
 
     def applied(
@@ -102,13 +104,15 @@ class Corrections:
         position, torque = reverse[:, None] * position, reverse[:, None] * torque
         torque = _for_joints(self.torque_sign, "--torque-sign", n)[:, None] * torque
         offset = np.zeros(n)
-        for joint, value in self.offset:
-            offset[_joint(joint, arm)] += value
+        for word, quantity in self.offset:
+            joint = _joint(word, arm)
+            offset[joint] += _of_kind(quantity, word, arm.is_revolute[joint])
         if "torque" not in out and (self.torque_sign or self.lag):
             raise UsageError(
                 "the log has no torques to correct",
                 where="--lag" if self.lag else "--torque-sign",
                 expected="a log with columns of torque, or currents with --torque-constant",
+                next_step="name them with --map 'torque=NAME*', or omit the option",
             )
         for role, matrix in (("q", position), ("qd", position), ("qdd", position), ("torque", torque)):
             # A missing reading of one joint is one of those it is summed with, and of no other.
@@ -147,6 +151,7 @@ def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
             where=option,
             expected="1 or -1 per joint, with commas, or one for all",
             found=in_python(signs),
+            next_step=f"{option} -1 reverses all joints, {option} 1,-1,1 the second of three",
         )
     return tuple(float(value) for value in values)
 
@@ -158,21 +163,40 @@ def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
             where=option,
             expected=f"{n} signs, or one for all",
             found=str(len(values)),
+            next_step=f"{option} {','.join(['-1', *['1'] * (n - 1)])} reverses the first joint",
         )
     return np.ones(n) if not values else np.array(values if len(values) == n else values * n)
 
 
-def _offset(word: str) -> tuple[str, float]:
-    joint, _, text = str(word).rpartition("=")
-    value = value_in(text)
-    if not joint.strip() or value is None:
+def _offset(joint: str, value: object) -> tuple[str, Quantity]:
+    quantity = Quantity.read(value)
+    if not joint or quantity is None or quantity.kind not in ("", "angle", "length"):
         raise UsageError(
             "no joint with an offset",
             where="--offset",
             expected="a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm",
-            found=in_python(word),
+            found=in_python(f"{joint}={value}" if joint else value),
+            next_step="--offset 3=90deg adds 90 degrees to the positions of joint 3",
         )
-    return joint.strip(), value
+    return joint, quantity
+
+
+def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
+    """Offset of a joint that turns (slides), rad (m)."""
+    value = quantity.of_joint(revolute)
+    if value is None:
+        unit = "deg" if revolute else "mm"
+        step = f"--offset {word}={quantity.si:g}{unit} if it is in {unit}"
+        if quantity.kind:
+            step = f"check the joint's number; of this one: --offset {word}=5{unit}"
+        raise UsageError(
+            f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}",
+            where="--offset",
+            expected=joint_units(revolute),
+            found=f"{word}={quantity}",
+            next_step=step,
+        )
+    return value
 
 
 def _lag(lag: str | float) -> float:
@@ -184,6 +208,7 @@ def _lag(lag: str | float) -> float:
             where="--lag",
             expected=f"up to {_LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s",
             found=in_python(lag),
+            next_step="--lag 4ms if torques are 4 ms late, --lag -4ms if they are early",
         )
     return quantity.si
 
@@ -198,6 +223,7 @@ def _joint(word: str, arm: RobotArm) -> int:
             where="--offset",
             expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}",
             found=in_python(word),
+            next_step=f"--offset {len(names)}=0.1 is of the last joint",
         )
     return number
 
@@ -222,4 +248,7 @@ def _coupling(word: str, arm: RobotArm) -> FloatArray:
         where="--couple",
         expected=f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2",
         found=in_python(word),
+        next_step=f"--couple q{n}=q{n}-q{max(n - 1, 1)} if joint {n} is logged with joint {max(n - 1, 1)}"
+        if n > 1
+        else "omit --couple: the arm has one joint",
     )

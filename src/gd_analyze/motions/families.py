@@ -10,6 +10,7 @@ from functools import partial
 from gd_analyze.errors import Location
 from gd_analyze.motions.reading import ROLES, refusal
 from gd_analyze.motions.words import (
+    BARE,
     EXTERNAL,
     MEASURED,
     TARGET,
@@ -43,16 +44,17 @@ class Family:
     extra: tuple[int, ...]  # columns of joints that the arm lacks
     why: str  # how the joints were matched
     renamed: tuple[tuple[str, str], ...] = ()  # log's name and arm's name of joints whose names differ
+    unit: str = ""  # stated in all its names; "mixed" if they state several
 
     @property
     def key(self) -> tuple[object, ...]:
         """Key that distinguishes it from other families."""
-        return self.role, self.group, self.label, self.rank, self.word
+        return self.role, self.group, self.label, self.rank, self.word, self.unit
 
     @property
     def words(self) -> frozenset[str]:
         """Words that choose it."""
-        return frozenset((*self.group, *self.label, self.kind, self.word))
+        return frozenset((*self.group, *self.label, self.kind, self.word, self.unit))
 
     @property
     def topic(self) -> Words:
@@ -80,12 +82,15 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
         m.number is not None and not m.label for columns in groups.values() for m in columns.values()
     )
     families: list[Family] = []
-    for group, columns in groups.items():
-        make = partial(Family, *group)
+    for group, columns in ((group, part) for group, whole in groups.items() for part in _by_unit(whole)):
+        units = {meaning.unit for meaning in columns.values()}
+        make = partial(Family, *group, unit=units.pop() if len(units) == 1 else "mixed")
         named = _columns_by_joint({c: m.joint for c, m in columns.items()})
         unnamed = {c: m for c, m in columns.items() if m.joint is None}
         mixed = _by_name_or_number(make, columns, names, written)
-        affixed = None if named or mixed is not None else _by_affix(make, unnamed, names)
+        affixed = (
+            None if named or mixed is not None else _by_affix(make, unnamed, names, bare=group[3] == BARE)
+        )
         if mixed is not None:
             families.append(mixed)
         elif named:
@@ -107,6 +112,17 @@ def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequ
                 by_number = [make((), {0: tuple(unnamed)}, (), "the arm's only joint")]
             families += by_number
     return families
+
+
+def _by_unit(columns: dict[int, Meaning]) -> list[dict[int, Meaning]]:
+    """Columns by unit where they state each joint's quantity in the same few, such as q1_deg and q1_rad."""
+    units: dict[tuple[Words, int | None], list[str]] = {}
+    for meaning in columns.values():
+        units.setdefault((meaning.token, meaning.joint), []).append(meaning.unit)
+    first = next(iter(units.values()))
+    if len(first) < 2 or any(sorted(joint) != sorted({*first}) for joint in units.values()):
+        return [columns]
+    return [{c: m for c, m in columns.items() if m.unit == unit} for unit in first]
 
 
 def _columns_by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
@@ -207,8 +223,13 @@ def _by_number(
     return make(label, matched, extra, f"by number, from {base}", renamed)
 
 
-def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) -> Family | None:
-    """Match names that differ only by the same leading words, such as the robot's prefix."""
+def _by_affix(
+    make: Make, columns: Mapping[int, Meaning], names: Sequence[str], *, bare: bool
+) -> Family | None:
+    """Match names that differ only by the same leading words, such as the robot's prefix.
+
+    Leading words of bare names in the log may say another quantity: volt_elbow_axis.
+    """
     joint_words = [without_fillers(words_of(name)) for name in names]
     logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
     if not all(any(not word.isdigit() for word in words) for words in joint_words):
@@ -219,7 +240,7 @@ def _by_affix(make: Make, columns: Mapping[int, Meaning], names: Sequence[str]) 
     for column, words in logged.items():
         by_words[words] = (*by_words.get(words, ()), column)
         for joint in joint_words:
-            if words[-len(joint) :] == joint:
+            if words[-len(joint) :] == joint and not (bare and len(words) > len(joint)):
                 prefixes.setdefault(words[: -len(joint)])
             if joint[-len(words) :] == words and words:
                 prefixes.setdefault(("", *joint[: -len(words)]))

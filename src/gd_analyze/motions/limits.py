@@ -12,9 +12,11 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import are_degrees, contradictions
+from gd_analyze.motions.words import known_joints, patterns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 from gd_analyze.text import percent
@@ -245,12 +247,22 @@ def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
 
 def _in_degrees(trajectory: Trajectory, joint: int) -> str:
     """How to read positions in degrees; --degrees applies to velocities and accelerations as well."""
-    named = f"name the columns q{joint}_deg and so on"
+    named = _option_of_degrees(trajectory) or f"name the columns q{joint}_deg and so on"
     if "qd" in trajectory.derived:
         return f"if they are, {named}, or give --degrees"
     if are_degrees(trajectory.time, trajectory.q, trajectory.qd, trajectory.gaps):
         return f"qd, in radians, says that they are: {named}, without --degrees"
     return f"if they are, and qd too, give --degrees; if q alone is, {named}"
+
+
+def _option_of_degrees(trajectory: Trajectory) -> str:
+    """The option that reads a recording's positions, and nothing else, in degrees; "" where there is none."""
+    uses = () if trajectory.recording is None else trajectory.recording.columns
+    columns = {use.joint: use.column for use in uses if use.role == "q"}
+    joints = known_joints([*columns])
+    patterns = [{pattern for pattern, _ in patterns_of(column, joints)} for column in columns.values()]
+    common = set.intersection(*patterns) if patterns else set()
+    return f"give {map_option(f'q={max(common, key=len)}:deg')}" if common and len(columns) > 1 else ""
 
 
 def require_trajectory_joints(trajectory: Trajectory, arm: RobotArm) -> None:

@@ -37,6 +37,10 @@ class TimeUnitSettings:
     # Instants since 1970 that are dates: from 1990 to 2100.
     earliest_date_seconds: float = 6.3e8
     latest_date_seconds: float = 4.2e9
+    # Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
+    # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
+    longest_date_step_seconds: float = 0.1
+    longest_fractional_step_seconds: float = 0.5
     # Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in
     # ms, us or ns.
     longest_step_in_seconds: float = 0.5
@@ -106,13 +110,13 @@ def log_of(
         uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
         paired = [*zip(uses, arm.joints, strict=False)]
         factors = np.array(
-            [units_of(role, joint.kind == "revolute")[column_unit] for (_, column_unit), joint in paired]
+            [units_of(role, joint.kind == "revolute", True)[unit] for (_, unit), joint in paired]
         )
         values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
         if paired and (role == "q" or np.isfinite(values).any()):
             arrays[role] = values
-    if reading.torque_constant is not None:
-        arrays["torque"] = _torques(arrays.get("torque"), reading.torque_constant, table, arm)
+    if reading.torque_constant is not None and "torque" in arrays:
+        arrays["torque"] = _torques(arrays["torque"], reading.torque_constant, table, arm)
     q = arrays["q"]
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
@@ -134,6 +138,7 @@ def log_of(
         place = (table.label(column), table.where(None, column))
         time, unit, why = _in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
     jumping = _jumping_rows(time, q, arm) if choice.measured else {}
+    _require_some_sound(columns.wrong, len(q))
     _require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
     usable = np.isfinite(time) & np.isfinite(q).any(axis=1)
@@ -167,15 +172,13 @@ def log_of(
 
 
 def _torques(
-    currents: FloatArray | None, constants: Sequence[float | None], table: LogTable, arm: RobotArm
+    currents: FloatArray, constants: Sequence[float | None], table: LogTable, arm: RobotArm
 ) -> FloatArray:
     """Torques of currents, shape (N, n), by a constant for each joint."""
-    if currents is None or len(constants) != arm.n_joints:
-        message, where = "torque constants do not fit the log", f"--torque-constant; {table.where()}"
-        expected = f"{arm.n_joints} constants, and columns of torque or currents"
-        content = "no such columns" if currents is None else str(len(constants) or "no such columns")
-        step = "name the currents' columns: --map torque=current1..current6, or --map torque:JOINT=COLUMN"
-        raise refusal(message, where, expected, content, step)
+    if len(constants) != arm.n_joints:
+        message, where = "torque constants do not fit the arm", f"--torque-constant; {table.where()}"
+        expected, step = f"{arm.n_joints} numbers, N m/A (N/A)", "give one for every joint, with commas"
+        raise refusal(message, where, expected, str(len(constants)), step)
     return currents * np.array(constants, dtype=float)
 
 
@@ -240,11 +243,23 @@ def _in_seconds(
     # The unit by the column's name or by its first instant, since 1970.
     stated: tuple[str, str] | None = None
     for unit_name, size in TIME_UNITS.items():
-        if TIME_UNIT.earliest_date_seconds <= abs(first) * size <= TIME_UNIT.latest_date_seconds:
-            stated = unit_name, "since 1970"
+        date = abs(first) * size
+        if TIME_UNIT.earliest_date_seconds <= date <= TIME_UNIT.latest_date_seconds:
+            longest = (
+                TIME_UNIT.longest_date_step_seconds
+                if _whole(values)
+                else TIME_UNIT.longest_fractional_step_seconds
+            )
+            if _steps(values, np.median) * size <= longest:
+                stated = unit_name, "since 1970"
             break
     if chosen.unit in TIME_UNITS:
         stated = chosen.unit, chosen.why
+    if stamp.unit:
+        stated = stamp.unit, "dates and times"
+    if stamp.unit and unit is not None:
+        message, expected = f"{name} holds dates, so --time-unit does not apply to it", "numbers"
+        raise refusal(message, where, expected, "dates and times", "omit --time-unit")
     if rate is not None:
         least = _steps(values, np.min)
         if stated or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
@@ -370,6 +385,15 @@ def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool
         if is_short and has_returned and steps[away] * steps[back] < 0:
             strays += range(away + 1, back + 1)
     return strays
+
+
+def _require_some_sound(wrong: Mapping[int, TrajectoryError], count: int) -> None:
+    """Refuse a log without a row that can be read, by the first."""
+    if len(wrong) == count:
+        error = wrong[min(wrong)]
+        expected, step = error.details.get("expected", ""), "choose other columns with --map, or record anew"
+        facts = [error.details.get("found", ""), f"none of {count} rows can be read"]
+        raise refusal(error.what, error.details["where"], expected, facts, step)
 
 
 def _require_sound(

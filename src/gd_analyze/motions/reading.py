@@ -17,6 +17,8 @@ MotionRole = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[MotionRole, ...] = ("q", "qd", "qdd", "torque")
 
 _RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
+# Rates, Hz, at which motions are sampled.
+_LOWEST_RATE, _HIGHEST_RATE = 0.1, 1e5
 # Columns that one range q1..qN names, at most.
 _MOST_COLUMNS = 10_000
 
@@ -39,7 +41,9 @@ class Reading:
         header, the only columns to use. `q1..q6` stands for six names.
     map
         Pairs of a role and its column: "time" or "q:JOINT" (qd, qdd, torque) and a name or #NUMBER from 1;
-        "joint:JOINT" and the joint's name in the log; "torque" (qd, qdd) and "none".
+        "q" (qd, qdd, torque) and a pattern whose star stands for a joint's name or number; "joint:JOINT" and
+        the joint's name in the log; "torque" (qd, qdd) and "none". A unit may follow a column or pattern:
+        "Timestamp:us", "AIPos.A*:deg".
     rate
         Samples per second, Hz, if the log counts samples or has no time.
     time_unit
@@ -87,7 +91,8 @@ class Reading:
     ) -> Reading:
         """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
 
-        Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
+        Patterns are typed so, too: "q=AIPos.A*:deg". Corrections are given by their names:
+        torque_sign="-1", offset=["3=90deg"].
 
         Raises
         ------
@@ -118,18 +123,31 @@ class Reading:
     def __post_init__(self) -> None:
         require_flags_of(self)
         if self.time_unit is not None and self.time_unit not in TIME_UNITS:
-            raise refusal("unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit))
+            step = "--time-unit ms for milliseconds"
+            raise refusal(
+                "unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit), step
+            )
         if self.rate is not None and not 0.0 < self.rate <= LARGEST:
-            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate))
-        if self.torque_constant is not None and None in self.torque_constant:
+            step = "--rate 125 for 125 samples per second"
+            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate), step)
+        if self.rate is not None and not _LOWEST_RATE <= self.rate <= _HIGHEST_RATE:
+            expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{self.rate:g} Hz"
+            step = f"--rate {1 / self.rate:.6g} if {self.rate:g} is the time from sample to sample, in s"
+            raise refusal("no motion is sampled so", "rate", expected, content, step)
+        if self.torque_constant is not None and {None, 0.0} & {*self.torque_constant}:
             expected = "a number per joint, N m/A, with commas"
-            raise refusal("the torque constants are not numbers", "torque_constant", expected, "another word")
+            step = "--torque-constant 10.7,10.7,8.5 for an arm of three joints"
+            content = "another word" if None in self.torque_constant else "0"
+            message = "the torque constants are not numbers other than 0"
+            raise refusal(message, "torque_constant", expected, content, step)
         if self.rate is not None and self.time_unit is not None:
             expected, values = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
-            raise refusal("a rate and a unit of time contradict each other", "rate", expected, values)
+            message, step = "a rate and a unit of time contradict each other", "omit one of the two"
+            raise refusal(message, "rate", expected, values, step)
         for role, word in self.family:
             if role not in ("", *ROLES):
-                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}")
+                step = f"--family torque={word} for torques, --family {word} for all"
+                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}", step)
 
     def words_for(self, role: str) -> tuple[str, ...]:
         """Words that the names of a role's columns must contain."""
@@ -173,17 +191,21 @@ class Treatment:
 def _pair(entry: str, where: str) -> tuple[str, str]:
     role, _, column = entry.partition("=")
     if not role.strip() or not column.strip():
-        expected = "ROLE=COLUMN, such as time=Time, q:elbow_joint=Position3 or joint:elbow_joint=joint_a3"
-        raise refusal("this is not a mapping", where, expected, repr(entry))
+        expected = "ROLE=COLUMN, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
+        step = "`gd-analyze columns ROBOT LOG` lists the columns"
+        raise refusal("this is not a mapping", where, expected, repr(entry), step)
     return role.strip(), column.strip()
 
 
 def _joint_by_joint(role: str, column: str) -> list[tuple[str, str]]:
     """Roles of `q=mp1..mp7`, a column per joint; any other pair itself."""
-    names = _expanded(column) if role in ROLES else [column]
+    before_unit = column.rpartition(":")[0]
+    span = before_unit if _RANGE.fullmatch(before_unit) else column
+    names = _expanded(span) if role in ROLES else [column]
     if len(names) == 1:
         return [(role, column)]
-    return [(f"{role}:{joint}", name) for joint, name in enumerate(names, start=1)]
+    of_unit = column.removeprefix(span)
+    return [(f"{role}:{joint}", f"{name}{of_unit}") for joint, name in enumerate(names, start=1)]
 
 
 def _expanded(entry: str) -> list[str]:
@@ -194,5 +216,6 @@ def _expanded(entry: str) -> list[str]:
     first, last = int(match[2]), int(match[4])
     if match[3] not in ("", match[1]) or not first <= last < first + _MOST_COLUMNS:
         expected = "q1..q6, with the same letters on both sides"
-        raise refusal("this is not a range of names", "--columns", expected, repr(entry))
+        step = "write the names one by one, with commas"
+        raise refusal("this is not a range of names", "--columns", expected, repr(entry), step)
     return [f"{match[1]}{k}" for k in range(first, last + 1)]

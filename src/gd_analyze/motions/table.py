@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,16 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.text import LARGEST, visible
+from gd_analyze.text import LARGEST, in_python, visible
+
+# 2025-03-04T10:20:30.016Z, 04.03.2025 10:20:30,016, 10:20:30.016; not 03/04/2025, which has two meanings.
+_INSTANT = re.compile(
+    r"(?:(?:(?P<year>[0-9]{4})[-/](?P<month>[0-9]{1,2})[-/](?P<day>[0-9]{1,2})"
+    r"|(?P<d>[0-9]{1,2})\.(?P<m>[0-9]{1,2})\.(?P<y>[0-9]{4}))[T ]+)?"
+    r"(?P<hours>[0-9]{1,2}):(?P<minutes>[0-5][0-9]):(?P<seconds>[0-5][0-9])(?:[.,:](?P<fraction>[0-9]{1,12}))?"
+    r" ?(?:Z|UTC|(?P<sign>[+-])(?P<zone_hours>[0-9]{2}):?(?P<zone_minutes>[0-9]{2}))?"
+)
+_EPOCH = date(1970, 1, 1).toordinal()
 
 # Called with the amount read and the total.
 Progress = Callable[[int, int], None]
@@ -35,6 +46,7 @@ class Stamps:
 
     base: int
     offsets: FloatArray
+    unit: str = ""  # where the cells themselves say it, as dates do
 
     @classmethod
     def of(cls, values: FloatArray | NDArray[np.int64]) -> Stamps:
@@ -42,6 +54,33 @@ class Stamps:
         finite = values[np.isfinite(values)]
         base = int(finite[0]) if finite.size and abs(finite[0]) < 2.0**62 else 0
         return cls(base, (values - base).astype(float, copy=False))
+
+
+def nanoseconds_in(text: str) -> int | None:
+    """Instant of a date and time, since 1970, or of a time of day, since midnight; None for other text.
+
+    Examples
+    --------
+    >>> nanoseconds_in("1970-01-02T00:00:00.25Z"), nanoseconds_in("0:01:00"), nanoseconds_in("12")
+    (86400250000000, 60000000000, None)
+    """
+    match = _INSTANT.fullmatch(text.strip())
+    if match is None:
+        return None
+    try:
+        day = date(*(int(match[k]) for k in ("year", "month", "day"))) if match["year"] else None
+        day = date(*(int(match[k]) for k in ("y", "m", "d"))) if match["y"] else day
+    except ValueError:
+        return None
+    hours, minutes, seconds = (int(match[k]) for k in ("hours", "minutes", "seconds"))
+    days = 0 if day is None else day.toordinal() - _EPOCH
+    zone = (
+        int(f"{match['sign']}{int(match['zone_hours']) * 60 + int(match['zone_minutes'])}")
+        if match["sign"]
+        else 0
+    )
+    whole = days * 86400 + hours * 3600 + (minutes - zone) * 60 + seconds
+    return whole * 10**9 + int((match["fraction"] or "").ljust(9, "0")[:9])
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +248,10 @@ class ParquetTable(LogTable):
 
     def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
         """Name, type and index in the list, from 0, of a field's columns."""
+        if self._arrow.types.is_string(field.type) and self._first is not None:
+            cells = (cell for cell in self._first.column(field.name).to_pylist() if cell)
+            is_date = nanoseconds_in(next(cells, "")) is not None
+            return [(field.name, self._arrow.duration("ns") if is_date else field.type, None)]
         if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
             return [(field.name, field.type, None)]
         first = self._first.column(field.name)[0].as_py() if self._first else None
@@ -218,11 +261,19 @@ class ParquetTable(LogTable):
         """A column of some rows."""
         name, _, at = self._fields[column]
         values = rows.column(name)
+        if self._arrow.types.is_string(values.type):
+            return self._arrow.array(map(self._date, values.to_pylist()), self._arrow.duration("ns"))
         if at is None:
             return values
         import pyarrow.compute
 
         return pyarrow.compute.list_element(values, at)
+
+    def _date(self, cell: str | None) -> int | None:
+        instant = nanoseconds_in(cell) if cell else None
+        if cell and instant is None:
+            raise ValueError(f"{in_python(cell)} is no date and time, as the first cell is")
+        return instant
 
     def _numbers(self, column: Any, *, exact: bool = True) -> Any:
         """Floats, or integers if the file has them; instants in nanoseconds."""

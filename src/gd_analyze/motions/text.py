@@ -27,6 +27,7 @@ from gd_analyze.motions.table import (
     LogTable,
     Progress,
     Stamps,
+    nanoseconds_in,
     no_progress,
 )
 from gd_analyze.motions.words import is_of_set_points, unit_in_words
@@ -43,6 +44,7 @@ _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
 _PANDAS = dict.fromkeys((".xlsx", ".xls", ".ods"), "read_excel") | {
     **{".feather": "read_feather", ".orc": "read_orc", ".dta": "read_stata"}
 }
+_HEADING = re.compile(r"[A-Za-z]+ ?:\s+")
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
@@ -158,7 +160,8 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
     """Names in the last comment above the rows, as written by numpy.savetxt, and its line."""
     comments = (k for k in range(len(before), 0, -1) if before[k - 1].strip().startswith("#"))
     number = next(comments, 0)
-    text = before[number - 1].strip().lstrip("# \t") if number else ""
+    # "# columns: time,q1,q2" and "# fields: ..." name the names.
+    text = _HEADING.sub("", before[number - 1].strip().lstrip("# \t")) if number else ""
     for sign in (delimiter, ",", "\t", " "):
         cells = text.split() if sign == " " else [cell.strip() for cell in text.split(sign)]
         if len(cells) == width and text and not any(map(is_number, cells)):
@@ -219,11 +222,12 @@ class TextTable(LogTable):
         self.first_lines = lines if len(head) < TEXT.head_bytes else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names = names or self.layout.names
-        self.set_points = not names and any(self.names) and all(map(is_of_set_points, self.names))
         numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
         rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
         self._head = [self._cells(line, number) for number, line in rows]
         self.first_cells = self._head[0]
+        named = not names and any(self.names) and all(map(is_of_set_points, self.names))
+        self.set_points = named and not any(self._are_dates(k) for k in range(len(self.first_cells)))
 
     def _cells(self, line: str, number: int) -> list[str]:
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
@@ -245,16 +249,25 @@ class TextTable(LogTable):
                         raise refusal("the joints' names change", where, expected, str(cell), step)
 
     def head(self, column: int) -> list[str | float]:
-        """First cells of a column."""
+        """First cells of a column; dates in seconds."""
         read: list[str | float] = []
         for row in self._head:
             cell = row[column] if column < len(row) else ""
             if cell.lower() in EMPTY:
                 read.append(float("nan"))
                 continue
-            number = number_in(self.layout.plain(cell))
-            read.append(cell if number is None else number)
+            if cell.lower() in _INFINITE:
+                read.append(math.inf)
+                continue
+            number, date = number_in(self.layout.plain(cell)), nanoseconds_in(cell)
+            read.append(number if number is not None else cell if date is None else 1e-9 * date)
         return read
+
+    def _are_dates(self, column: int) -> bool:
+        """Whether a column begins with a date or a time of day."""
+        cells = (row[column] for row in self._head if column < len(row))
+        first = next((cell for cell in cells if cell.lower() not in EMPTY), "")
+        return nanoseconds_in(first) is not None
 
     def stands(self, column: int) -> bool:
         """Whether the column begins with several cells that are equal to the last digit."""
@@ -312,7 +325,8 @@ class TextTable(LogTable):
                 for text, column in zip(texts, stamps, strict=True):
                     text.append(frame[column].to_numpy(dtype=object))
             rows += len(block.numbers)
-        instants = tuple(map(self._stamps, map(np.concatenate, texts)))
+        cells = map(np.concatenate, texts)
+        instants = tuple(self._stamps(of, self._are_dates(k)) for of, k in zip(cells, stamps, strict=True))
         gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < rows]
         values.resize((rows, len(numbers)), refcheck=False)
         return Columns(values, instants, tuple(gaps), wrong)
@@ -339,12 +353,15 @@ class TextTable(LogTable):
     def _are_possible(self, frame: Any, numbers: Sequence[int], stamps: Sequence[int]) -> bool:
         """Whether numbers are finite and of possible size, and stamps are numbers."""
         values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty(0)
-        texts = (cell for column in stamps for cell in frame[column].array if isinstance(cell, str))
-        return not (np.abs(values) > LARGEST).any() and all(map(self._is_instant, texts))
+        are_dates = {column: self._are_dates(column) for column in stamps}
+        texts = ((cell, are_dates[k]) for k in stamps for cell in frame[k].array if isinstance(cell, str))
+        return not (np.abs(values) > LARGEST).any() and all(self._is_instant(*text) for text in texts)
 
-    def _is_instant(self, cell: str) -> bool:
-        number = number_in(self.layout.plain(cell))
-        return cell.strip().lower() in EMPTY or (number is not None and math.isfinite(number))
+    def _is_instant(self, cell: str, is_date: bool) -> bool:
+        if cell.strip().lower() in EMPTY:
+            return True
+        number = None if is_date else number_in(self.layout.plain(cell))
+        return nanoseconds_in(cell) is not None if is_date else number is not None and math.isfinite(number)
 
     def _no_table(self, block: _Block) -> TrajectoryError:
         where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
@@ -401,6 +418,7 @@ class TextTable(LogTable):
     ) -> Iterator[tuple[int, TrajectoryError]]:
         """Rows of a block that cannot be read, and why; slow, but finds the place."""
         layout, width = self.layout, len(self.names)
+        are_dates = {column: self._are_dates(column) for column in stamps}
         for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
             try:
                 cells = self._cells(line, number)
@@ -412,15 +430,23 @@ class TextTable(LogTable):
                     raise refusal(message, where, expected, str(len(cells)), step)
                 for column in sorted({*numbers, *stamps}):
                     # A stamp may have any size.
-                    is_empty = cells[column].lower() in EMPTY
-                    if not is_empty and (column in numbers or not self._is_instant(cells[column])):
-                        where = Location(self.path, number, column + 1)
-                        _require_number(layout.plain(cells[column]), self.label(column), where)
+                    cell, is_date = cells[column], are_dates.get(column, False)
+                    if cell.lower() in EMPTY or (column not in numbers and self._is_instant(cell, is_date)):
+                        continue
+                    where = Location(self.path, number, column + 1)
+                    if is_date and column not in numbers:
+                        message, step = f"{self.label(column)} is not a date", "correct the cell"
+                        raise refusal(message, where, "a date and time, as before", in_python(cell), step)
+                    _require_number(layout.plain(cell), self.label(column), where)
             except TrajectoryError as error:
                 yield row, error
 
-    def _stamps(self, cells: Any) -> Stamps:
+    def _stamps(self, cells: Any, are_dates: bool) -> Stamps:
         """Instants from their digits, so that an epoch in nanoseconds stays exact."""
+        if are_dates:
+            dates = [nanoseconds_in(cell) if isinstance(cell, str) else None for cell in cells]
+            base = next((instant for instant in dates if instant is not None), 0)
+            return Stamps(base, np.array([np.nan if d is None else float(d - base) for d in dates]), "ns")
         stripped = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
         texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in stripped]
         values = np.array([float(text) for text in texts])

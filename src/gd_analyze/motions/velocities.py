@@ -75,9 +75,9 @@ _MEANING = {
     1e6: f"1e6 {_TIME} microseconds: if so, give --time-unit us",
     1e9: f"1e9 {_TIME} nanoseconds: if so, give --time-unit ns",
     _DEGREES: "57.3 times the derivative of {x}, as if {v} were in degrees and {x} in radians: "
-    "columns in degrees are named {v}1_deg and so on",
+    "if so, name its columns {v}1_deg and so on, or give --map '{v}=NAME*:deg'",
     1 / _DEGREES: "the derivative of {x} divided by 57.3, as if {x} were in degrees and {v} in radians: "
-    "name the columns {x}1_deg and so on; --degrees would change {v} as well",
+    "if so, name its columns {x}1_deg and so on, or give --map '{x}=NAME*:deg'; --degrees changes {v}, too",
     -1.0: "the derivative of {x} with the other sign",
 }
 

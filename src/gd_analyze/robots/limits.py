@@ -17,7 +17,7 @@ from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.text import LARGEST, in_python, visible
-from gd_analyze.units import UNITS, Quantity
+from gd_analyze.units import MOST_ACCELERATION_WITHOUT_UNIT, UNITS, Quantity, joint_units
 
 # Limits as a user gives them.
 GivenLimits = Mapping[str, float] | Sequence[str] | str | Path | None
@@ -39,20 +39,14 @@ _ORDINARY = (
 )
 
 
-def value_in(value: object) -> float | None:
-    """SI value of a number, or of a text with or without a unit (90deg, 20mm); None if it is neither."""
-    si = Quantity.si_of(value, "angle", "length")
-    return si if si is not None and abs(si) <= LARGEST else None
-
-
-def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, float]:
-    """Values of joints to lock, rad or m, from a mapping or texts such as elbow=90deg; or UsageError."""
+def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, Quantity]:
+    """Values of joints to lock, from a mapping or texts such as elbow=90deg; or UsageError."""
     texts = [] if locks is None else [locks] if isinstance(locks, str) else members(locks)
     pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, texts)
-    values: dict[str, float] = {}
+    values: dict[str, Quantity] = {}
     for joint, value in pairs:
-        number = value_in(value)
-        if not joint or number is None:
+        number = Quantity.read(value)
+        if not joint or number is None or number.kind not in ("", "angle", "length"):
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             pair_text = f"{joint}={value}" if joint else str(value)
             hint = "name the joint and the value it is held at"
@@ -93,6 +87,7 @@ def with_limits(arm: RobotArm, limits: GivenLimits) -> RobotArm:
 def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
     """Acceleration limits by joint, from a mapping or a text."""
     names = [joint.name for joint in arm.joints]
+    turns = dict(zip(names, arm.is_revolute, strict=True))
     if isinstance(statement, Mapping):
         stated = dict(statement)
     elif "=" in str(statement):
@@ -102,18 +97,26 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
         stated = dict(zip(names, values, strict=False)) if len(values) == len(names) else {"": statement}
     limits: dict[str, float] = {}
     for name, value in stated.items():
-        number = value_in(value)
-        if number is None or not number > 0 or not name:
+        quantity = Quantity.read(value)
+        if name != "all" and name not in names and name and quantity is not None:
+            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
+            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
+            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
+        if quantity is None or not quantity.si > 0 or not name:
             message = "this is not an acceleration limit"
             value_text = f"{name}={value}" if name else in_python(statement)
             expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
-        if name != "all" and name not in names:
-            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
-            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
-            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
-        limits |= dict.fromkeys(names if name == "all" else [name], number)
+        for joint in names if name == "all" else [name]:
+            number = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
+            if number is None:
+                message = (
+                    f"this is no acceleration of joint {joint}, which {'turns' if turns[joint] else 'slides'}"
+                )
+                expected = joint_units(turns[joint], "/s^2")
+                raise UsageError(message, where="--limits", expected=expected, found=f"{name}={value}")
+            limits[joint] = number
     return limits
 
 
@@ -143,8 +146,8 @@ def _limits(name: str, table: object, path: Path) -> dict[str, float]:
         is_stated = any(end in stated for end, (_, end_switch) in _KEYS.items() if end_switch == switch)
         if not stated.get(switch, is_stated):
             continue
-        value = None if isinstance(stated.get(key), str) else value_in(stated.get(key))
-        if value is None or not (value > 0 or "position" in key):
+        value = None if isinstance(stated.get(key), str) else Quantity.si_of(stated.get(key))
+        if value is None or not abs(value) <= LARGEST or not (value > 0 or "position" in key):
             message, value_text = f"{key} of joint {name} is not a limit", in_python(stated.get(key))
             hint = f"give a number{'' if 'position' in key else ' above 0'}, or set {switch} to false"
             raise ArmError(message, where=Location(path), found=value_text, next_step=hint)

@@ -22,6 +22,7 @@ from gd_analyze.robots.text_file import read_xml
 from gd_analyze.robots.tree import Notes, Tree, TreeJoint, chain_of, some_names
 from gd_analyze.robots.urdf import read_urdf
 from gd_analyze.text import LARGEST, shortened, visible
+from gd_analyze.units import Quantity
 
 # Humanoids with both hands have 200.
 _MOST_LINKS = 2000
@@ -32,7 +33,7 @@ _NO_RANGE_LIMIT = 1000.0
 
 
 def arm_of_robot(
-    source: Path | pin.Model, tip: str | None, base: str | None, lock: Mapping[str, float]
+    source: Path | pin.Model, tip: str | None, base: str | None, lock: Mapping[str, Quantity]
 ) -> RobotArm:
     """Arm of a file or model; ArmError if it is invalid, or its chain is ambiguous."""
     if isinstance(source, Path):

@@ -19,6 +19,7 @@ from gd_analyze.errors import ArmError, BranchError, Location
 from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
+from gd_analyze.units import UNITS, Quantity, joint_units
 
 # Names listed in a message, at most.
 _MOST_NAMED = 10
@@ -215,14 +216,14 @@ def _motion(joint: Any, neutral: FloatArray) -> tuple[str, FloatArray]:
 
 
 def chain_of(
-    tree: Tree, tip: str | None, base: str | None, lock: Mapping[str, float]
+    tree: Tree, tip: str | None, base: str | None, lock: Mapping[str, Quantity]
 ) -> tuple[list[TreeJoint], dict[int, float]]:
     """Joints that move, from the base outwards, and the values of all others by Pinocchio's index.
 
     If this is not a chain of revolute and prismatic joints, the ArmError names the option that helps.
     """
     joints = tree.joints
-    locked = {_joint(tree, name, value).index: value for name, value in lock.items()}
+    locked = dict(_locked(tree, name, value) for name, value in lock.items())
     _refuse_circles(tree, locked)
     start = 0 if base is None else tree.links[_known("link", base, "--base", tree, tree.links)]
     if tip is None:
@@ -268,14 +269,22 @@ def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
     return [0, *(ancestor.index for ancestor in tree.path(joint.parent))]
 
 
-def _joint(tree: Tree, name: str, value: float) -> TreeJoint:
-    """Joint to lock at a value."""
+def _locked(tree: Tree, name: str, quantity: Quantity) -> tuple[int, float]:
+    """Index of a joint to lock, and its value, rad or m."""
     by_name = {joint.name: joint for joint in reversed(tree.joints)}
     joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
-    if value and not joint.moves_simply:
+    if quantity.si and not joint.moves_simply:
         message = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
-        raise ArmError(message, where=f"--lock {name}={value:g}", next_step="place its link in the file")
-    return joint
+        raise ArmError(
+            message, where=f"--lock {name}={quantity.si:g}", next_step="place its link in the file"
+        )
+    turns = joint.kind == "revolute"
+    value = quantity.of_joint(turns) if joint.moves_simply else 0.0
+    if value is None:
+        message = f"this is no value of joint {name}, which {'turns' if turns else 'slides'}"
+        content = f"{quantity.si:g} {next(iter(UNITS.get(quantity.kind, {'': 1})))}".strip()
+        raise ArmError(message, where=f"--lock {name}", expected=joint_units(turns), found=content)
+    return joint.index, value
 
 
 def _known(kind: str, name: str, option: str, tree: Tree, names: Collection[str]) -> str:

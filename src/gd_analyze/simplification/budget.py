@@ -19,6 +19,7 @@ from gd_analyze.units import Quantity
 
 # References of shares.
 _WHOLES = ("peak", "limit", "friction", "uncertainty")
+_UNITS = {"torque": "N m", "force": "N"}
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)
 # Keys to state in an arm file, by the reference of a share.
 _TO_STATE = {
@@ -66,7 +67,7 @@ class Allowance(NamedTuple):
     """One allowed torque error."""
 
     amount: float  # a share (1 % is 0.01), or N m (N for a prismatic joint)
-    of: str = "peak"  # one of `_WHOLES`; "torque" for N m
+    of: str = "peak"  # one of `_WHOLES`; "torque" for N m, "force" for N of joints that slide
 
     @classmethod
     def parse(cls, text: str) -> Self | None:
@@ -79,11 +80,13 @@ class Allowance(NamedTuple):
         if quantity.kind == "share":
             whole = quantity.of or "peak"
             return cls(quantity.si, whole) if whole in _WHOLES else None
-        return cls(quantity.si, "torque") if quantity.kind in ("", "torque", "force") else None
+        if quantity.kind == "force":
+            return cls(quantity.si, "force")
+        return cls(quantity.si, "torque") if quantity.kind in ("", "torque") else None
 
     def __str__(self) -> str:
-        if self.of == "torque":
-            return f"{self.amount:g} N m"
+        if self.of in _UNITS:
+            return f"{self.amount:g} {_UNITS[self.of]}"
         share = f"{self.amount * 100:g}%"
         if self.of == "peak":
             return share
@@ -111,7 +114,7 @@ class Budget:
     option: str = field(default="--budget", compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        of_any = (*_WHOLES, "torque")
+        of_any = (*_WHOLES, *_UNITS)
         amounts = [allowance for entry in self.entries for allowance in entry]
         possible = bool(amounts) and all(self.entries)
         possible &= all(0.0 <= amount < np.inf and of in of_any for amount, of in amounts)
@@ -206,7 +209,16 @@ class Budget:
         """
 
         def largest(joint: int, entry: tuple[Allowance, ...]) -> float:
-            return max(a if of == "torque" else a * by.of(of, joint, self.option) for a, of in entry)
+            amounts = [(a, of) for a, of in entry if of != "force" or not by.arm.is_revolute[joint]]
+            if not amounts:
+                raise UsageError(
+                    "the budget of a joint that turns is a force",
+                    where=f"{self.option}, joint {joint + 1}, {by.arm.joints[joint].name}",
+                    expected="a torque such as 0.5 N m, or a share such as 1%",
+                    found=" or ".join(map(str, entry)),
+                    next_step="give one entry per joint, or both, such as '0.5 N m or 5 N'",
+                )
+            return max(a if of in _UNITS else a * by.of(of, joint, self.option) for a, of in amounts)
 
         entries = self.of_joints(by.arm.n_joints)
         return np.array([largest(joint, entry) for joint, entry in enumerate(entries)])

@@ -20,13 +20,15 @@ from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.studies.settings import Settings
-from gd_analyze.text import number_in
+from gd_analyze.text import whole_number_in
 from gd_analyze.units import Quantity
 
 # Other options of a row: how the arm is chosen from its file, and what it carries.
 PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 SETTING_NAMES = tuple(entry.name for entry in fields(Settings))
 KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTING_NAMES)
+_FLAG = "true or false"
+_EXPECTED = {"dominance": "a share such as 10% or 0.1", "operations": "a whole number of 0 or more"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
@@ -146,16 +148,17 @@ def settings_of(row: BatchRow) -> dict[str, Any]:
         if key not in SETTING_NAMES:
             continue
         text = str(value).strip()
-        number = number_in(text)
         parsed: Any = text
         if bool in (kinds[key], *getattr(kinds[key], "__args__", ())):
             parsed = _FLAGS.get(text.lower())
         elif key == "dominance":
             parsed = Quantity.si_of(text, "share")
         elif key == "operations":
-            parsed = None if number is None else int(number)
+            parsed = whole_number_in(text)
         if parsed is None:
-            raise UsageError("the option cannot be read", where=key, found=text)
+            raise UsageError(
+                "the option cannot be read", where=key, expected=_EXPECTED.get(key, _FLAG), found=text
+            )
         settings[key] = parsed
     return settings
 
