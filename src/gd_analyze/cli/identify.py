@@ -110,12 +110,13 @@ def identify(
             physical=not plain,
             anyway=anyway,
         )
+        if out is not None:
+            # Before the search for a model, which may take long or come to nothing.
+            stage(f"writing {out.name}")
+            gd.save_arm(identification.arm, out)
         stage("simplifying")
         answer = None if no_model or identification.doubts else supported(identification, fitted[0])
         result = identification_result(identification, answer, provenance(command_line()))
-        if out is not None:
-            stage(f"writing {out.name}")
-            gd.save_arm(identification.arm, out)
         if files is not None:
             stage(f"writing {', '.join(formats)}")
             files.write(result)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, evenly, runs
+from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.figure import (
     Area,
     Figure,
@@ -63,8 +64,10 @@ class Supported(NamedTuple):
     share: FloatArray  # uncertainty over each joint's peak torque, (n,)
 
 
-def supported(identification: Identification, motion: Trajectory) -> Supported:
+def supported(identification: Identification, motion: Trajectory) -> Supported | str:
     """Simplify the identified arm along a log, as far as the uncertainty of its torque allows.
+
+    The search is an extra: what it fails of does not take the identified arm back.
 
     Parameters
     ----------
@@ -75,24 +78,29 @@ def supported(identification: Identification, motion: Trajectory) -> Supported:
 
     Returns
     -------
-    Supported
-        Operations of the model and of the exact torque.
+    Supported or str
+        Operations of the model and of the exact torque; or why there is no model.
     """
     points = evenly(motion.n_set_points, _SETTINGS.searched_states)
     sample = Trajectory(
         motion.time[points], motion.q[points], motion.qd[points], motion.qdd[points], motion.name
     )
     exact = ExactDynamics.of(identification.arm, sample, drives=True)
-    model = simplify_exact(exact, Budget.of(SUPPORTED), SearchOptions(thorough=False))
+    try:
+        model = simplify_exact(exact, Budget.of(SUPPORTED), SearchOptions(thorough=False))
+    except GdAnalyzeError as error:
+        return error.what
+    except MemoryError:
+        return "out of memory"
     assert exact.uncertainty is not None  # of an identified arm
     count = model.operations, model.operations_full
     return Supported(*count, exact.uncertainty / np.maximum(exact.peak_torque, 1e-300))
 
 
 def identification_result(
-    identification: Identification, answer: Supported | None, provenance: Mapping[str, str]
+    identification: Identification, answer: Supported | str | None, provenance: Mapping[str, str]
 ) -> Result:
-    """Facts, tables and drawings."""
+    """Facts, tables and drawings; `answer` is the model, why there is none, or None if none was asked for."""
     arm, identifiable = (
         identification.stated_arm,
         [parameter for parameter in identification.parameters if parameter.identifiable],
@@ -113,7 +121,7 @@ def identification_result(
             for key in ("logs", "held_out", "loaded", "kept", "doubts")
         ),
     ]
-    if answer is not None:
+    if isinstance(answer, Supported):
         share = float(answer.share.max())
         note = f"joint {int(answer.share.argmax()) + 1}"
         facts[:0] = [
@@ -155,7 +163,7 @@ def identification_result(
             _changed_table(identification),
             _parameter_table(identification),
         ),
-        notices=tuple(_notices(identification)),
+        notices=tuple(_notices(identification, answer)),
         provenance=dict(provenance),
     )
 
@@ -167,7 +175,7 @@ def _operations(answer: Supported) -> str:
     return f"{answer.operations.in_words} of {answer.operations_exact.pair}"
 
 
-def _headline(identification: Identification, answer: Supported | None) -> str:
+def _headline(identification: Identification, answer: Supported | str | None) -> str:
     shares = [residuals.share("identified") for residuals in identification.residuals]
     worst = int(np.nanargmax(shares))
     residuals = identification.residuals[worst]
@@ -189,10 +197,17 @@ def _headline(identification: Identification, answer: Supported | None) -> str:
     if identification.doubts:
         remark = f" ({len(identification.doubts) - 1} more below)" if len(identification.doubts) > 1 else ""
         return f"Doubtful: {identification.doubts[0]}{remark}. {text}"
-    return text if answer is None else f"Your log supports {_operations(answer)}. {text}"
+    if isinstance(answer, Supported):
+        return f"Your log supports {_operations(answer)}. {text}"
+    return text
 
 
-def _notices(identification: Identification) -> Iterator[str]:
+def _notices(identification: Identification, answer: Supported | str | None) -> Iterator[str]:
+    if isinstance(answer, str):
+        yield (
+            f"How many operations the log supports is not stated: {answer}. With the identified arm, "
+            f"`gd-analyze simplify ROBOT LOG --budget {SUPPORTED} --at-set-points --level fast` finds out."
+        )
     if identification.doubts:
         yield (
             "Log and file may not both be right. The identified arm carries these doubts: "
