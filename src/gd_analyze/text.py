@@ -89,6 +89,11 @@ def with_error(value: float, error: float, digits: int = 2) -> str:
     return " ± ".join(f"{x:.{decimals}f}" for x in rounded)
 
 
+def to_digits_of(value: float, error: float) -> str:
+    """Format a value to the digits of its standard error."""
+    return with_error(value, error).split(" ")[0]
+
+
 def percent(share: float) -> str:
     """Format a share as percent with two significant digits; a huge one has no digits of interest."""
     if not math.isfinite(share):

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.simplification.candidates import TooManyTermsError
 from logs_of_arms import TrueArm, fourier
 
 
@@ -91,3 +94,37 @@ def test_what_is_refused(run, here, true, line, says):
     assert says in result.err
     assert "Traceback" not in result.err
     assert len(result.err.strip().splitlines()) <= 8
+
+
+def failing(error: BaseException) -> Callable[..., None]:
+    def search(*_: object, **__: object) -> None:
+        raise error
+
+    return search
+
+
+@pytest.mark.parametrize("error", [TooManyTermsError("too many of the 5438 terms matter"), MemoryError()])
+def test_the_arm_is_written_whatever_comes_of_the_search_for_a_model(run, here, true, monkeypatch, error):
+    csv(true, 1)
+    monkeypatch.setattr("gd_analyze.studies.identification_result.simplify_exact", failing(error))
+    result = run("identify two_link log.csv -o found.toml --report r")
+    assert result.code == 0
+    assert gd.load_arm("found.toml").spread is not None
+    assert (here / "r/identification.html").exists()
+    text = " ".join(result.out.split())
+    assert (str(error) or "out of memory") in text
+    assert "supports" not in text.split("Base parameters")[0]
+    # The option that it names is one of `simplify`, which takes the arm that was written.
+    (command,) = re.findall(r"`gd-analyze (simplify ROBOT LOG [^`]*)`", text)
+    words = command.replace("ROBOT", "found.toml").replace("LOG", "log.csv").replace("--level fast", "")
+    assert run(words).code == 0
+    assert run("identify two_link log.csv -o again.toml --json").json["files"] == ["again.toml"]
+
+
+def test_the_arm_is_written_before_a_search_that_is_interrupted(run, here, true, monkeypatch):
+    csv(true, 1)
+    monkeypatch.setattr(
+        "gd_analyze.studies.identification_result.simplify_exact", failing(KeyboardInterrupt())
+    )
+    assert run("identify two_link log.csv -o found.toml").code == 130
+    assert gd.load_arm("found.toml").n == 2

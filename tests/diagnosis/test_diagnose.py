@@ -379,3 +379,46 @@ def test_reversed_torques_are_noticed_in_products_alone(robot, good):
     equations = equations_of(reversed_.samples, reversed_.correction, DIAGNOSIS_SETTINGS)
     alone = fitted(equations, signs(2, [0, 1]), DIAGNOSIS_SETTINGS)
     assert abs(alone.score - problem_of(robot, good).null.score) < 1e-6 * abs(alone.score)
+
+
+def told_numbers(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard errors that a sentence states."""
+    pairs = re.findall(r"([\d.]+) ± ([\d.]+)", text)
+    values, errors = np.array(pairs, dtype=float).T
+    return values, errors
+
+
+@pytest.mark.parametrize("seed", [3, *map(long, range(4, 8))])
+def test_torque_constants_are_told_with_errors_and_their_digits(two_link, seed):
+    robot = Robot.of(two_link, seed, seconds=10.0)
+    time, q, torque = robot.as_it_is
+    constants = np.array([12.0, 40.0])
+    ranking = gd.diagnose(two_link, robot.log(time, q, torque / constants)).ranking
+    cause = next(one for one in ranking if one.name == "torque scale by joint" and one.numbers == 2)
+    values, errors = told_numbers(cause.what)
+    assert (np.abs(values - constants) < 3.0 * errors).all()
+    # Links off by up to 25 % leave no less than some percent.
+    assert (errors > 0.01 * values).all()
+    option = cause.remedy.split()[1].split(",")
+    assert [float(word) for word in option] == values.tolist()
+    # Two digits of the error, and the value to these.
+    for word, error in zip(option, errors, strict=True):
+        assert len(word.partition(".")[2]) == max(0, 1 - int(np.floor(np.log10(error))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(4))
+def test_a_payload_is_told_with_errors(puma, seed):
+    from gd_analyze.tables import with_payload
+
+    robot, place = Robot.of(puma, seed), np.array([0.03, 0.05, 0.1])
+    mass = 0.15 * float(robot.arm.mass.sum())
+    torque = robot.noisy(robot.torque(with_payload(robot.arm, mass, place)))
+    cause = next(
+        one
+        for one in gd.diagnose(puma, robot.log(robot.time, robot.states.q, torque)).ranking
+        if one.name == "payload"
+    )
+    (value,), (error,) = told_numbers(cause.what)
+    assert abs(value - mass) < 3.0 * error < value
+    assert float(cause.remedy.split()[1].split(",")[0]) == value

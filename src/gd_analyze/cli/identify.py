@@ -49,7 +49,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 @click.option(
     "--anyway",
     is_flag=True,
-    help="Identify even where `diagnose` finds another cause than the links' numbers.",
+    help="Identify even where `diagnose` finds a cause beside the links' numbers, or a column is useless.",
 )
 @options.out("Write the identified arm into this TOML file.")
 @options.folder("Folder for a report; without it none is written.", option="--report")

@@ -45,12 +45,14 @@ def answer(diagnosis: Diagnosis) -> str:
     texts = [_of_cause(diagnosis, diagnosis.causes[0])] if diagnosis.causes else []
     texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in diagnosis.rivals]
     texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in diagnosis.causes[1:]]
-    faults = [fault for fault in diagnosis.faults if fault.share > _SETTINGS.mentioned_fault_share]
+    faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
     is_explained = any(cause.name == TimeUnit.name for cause in diagnosis.causes)
     of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
     of_torques = [fault for fault in faults if fault.name != VELOCITIES]
-    texts += [_of_faults(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group]
+    texts += [
+        faults_in_words(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group
+    ]
     if diagnosis.causes:
         return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
     if not diagnosis.problem.moving:
@@ -101,7 +103,13 @@ def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
     return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
 
 
-def _of_faults(faults: Sequence[Fault], n: int) -> str:
+def mentioned(faults: Sequence[Fault]) -> list[Fault]:
+    """Faults of more than some single readings."""
+    return [fault for fault in faults if fault.share > _SETTINGS.mentioned_fault_share]
+
+
+def faults_in_words(faults: Sequence[Fault], n: int) -> str:
+    """The first of some faults with its remedy, and the joints of the others."""
     first = faults[0]
     joints = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
     further = f"; {named_joints(joints, n)}, too" if joints else ""

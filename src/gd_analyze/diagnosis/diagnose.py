@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.faults import VELOCITIES, Fault, faults_of
+from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.of_positions import (
@@ -185,8 +185,9 @@ def diagnosed(
     for motion in motions:
         require_trajectory_joints(motion, arm)
         require_torques(motion)
-    faults, usable = faults_of(arm, motions)
-    usable = [good & _settled(motion)[:, None] for good, motion in zip(usable, motions, strict=True)]
+    checked = [without_faults(arm, motion) for motion in motions]
+    faults, motions = [fault for found, _ in checked for fault in found], [motion for _, motion in checked]
+    usable = [_settled(motion)[:, None] for motion in motions]
     problem = Problem(samples_of(arm, motions, usable, settings), Correction.none(arm.n_joints), settings)
     if not problem.samples.counts.any():
         if not any(fault.name != VELOCITIES for fault in faults):
@@ -194,7 +195,7 @@ def diagnosed(
                 "no joint moves enough to compare torques",
                 where=f"arm {arm.name}",
                 expected="joints that move to and fro, faster than creeping, for some seconds",
-                next_step="record more motion: `gd-analyze plan ROBOT --exciting` plans one",
+                next_step="record more motion: `gd-analyze plan ROBOT --exciting --duration 20` plans one",
             )
         nothing = FileFit.of_nothing(arm.n_joints)
         names = tuple(motion.name for motion in motions)

@@ -1,15 +1,18 @@
-"""Faults that readings show by themselves: constant, frozen and clipped torques, spikes, other velocities."""
+"""Faults that readings show by themselves: constant, copied, frozen, repeated, clipped and jumping ones."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.arrays import Array, FloatArray, runs
 from gd_analyze.dynamics.measured_torque import direction
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.motions.log import Log
+from gd_analyze.motions.smoothing import Recording
+from gd_analyze.motions.trajectory import Trajectory, Whole
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number, percent
@@ -19,16 +22,30 @@ from gd_analyze.text import number, percent
 class _FaultSettings:
     """Which readings are faulty."""
 
+    constant_share: float = 1e-6  # share of its size by which a torque that is constant varies at most
     # Share of a moving joint's readings at the same value, in one run, that no motion explains.
     frozen_share: float = 0.05
     shortest_frozen_run: int = 25  # readings of the shortest such run
+    # A frozen run is this many times as long as the mean run, and the reading after it jumps by more than
+    # this many steps of the sensor. Of a smooth motion read in steps, the longest is up to twenty times the
+    # mean, and the next reading is the next step, but where friction changes its sign.
+    frozen_to_mean_run: float = 30.0
+    frozen_jump_steps: float = 3.0
+    usual_step_quantile: float = 0.99  # quantile of a position's steps that is as long as they usually are
+    step_quantile: float = 0.05  # quantile of the changes between readings that is a step of the sensor
+    # A repeated row hides a motion of more than this many steps of a sensor of positions.
+    repeated_steps: float = 2.0
     # Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
     clipped_share: float = 0.02
     shortest_clipped_run: int = 4  # readings of the shortest such run
+    # Readings at a clipped end, beside the most at one of the values next to it. A smooth peak read in steps
+    # has up to 1 / (sqrt(2) - 1) = 2.4 times as many in its last step as in the one before.
+    clipped_ratio: float = 3.0
+    values_beside: int = 5
     # A spike differs from the median of five by this many times what readings usually do.
     spike_factor: float = 20.0
-    most_spikes_share: float = 0.05  # share of the readings above which they are no spikes
-    harmless_factor: float = 1.5  # spikes below this multiple of the torque's standard deviation do no harm
+    most_spikes_share: float = 0.2  # share of the readings above which they are no spikes
+    harmless_factor: float = 0.5  # spikes below this multiple of the torque's standard deviation do no harm
     blurred_readings: int = 3  # readings around a fault that its filter blurs
     # Factor between velocity columns and dq/dt beyond which they disagree.
     disagreeing_factor: float = 1.25
@@ -43,54 +60,173 @@ VELOCITIES = "velocity column"
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of one joint's torque, or velocity, in one log."""
+    """A fault of one joint's readings in one log; of whole rows, the joint is the fastest."""
 
     name: str
     joint: int  # from 0
     what: str
     remedy: str
-    share: float  # of the readings
-    effect: str = "not compared"
+    share: float  # of the readings; 1 of a column that is of no use
+    effect: str = "left out"
 
 
-def faults_of(arm: RobotArm, logs: Sequence[Trajectory]) -> tuple[list[Fault], list[Array]]:
-    """Faults, and the readings that remain usable, (N, n) per log."""
-    faults, usable = [], []
-    for log in logs:
-        recording = log.recording
-        assert recording is not None  # callers check this
-        assert recording.torque is not None
-        good = np.ones(recording.torque.shape, dtype=bool)
-        for i in range(arm.n_joints):
-            moves = direction(log, i) != 0.0
-            if moves.sum() < _SETTINGS.fewest_readings or not np.isfinite(recording.torque[:, i]).any():
-                continue
-            for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
-                faults.append(fault)
-                good[:, i] &= ~_blurred(rows)
-        faults += _of_velocities(log)
-        usable.append(good)
-    return faults, usable
+def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Trajectory]:
+    """Find the faults of a log with torques, and leave such readings out: their torques are nan.
+
+    Rows in which a position is frozen become a gap, and the log is smoothed anew.
+    """
+    faults, frozen = _frozen_positions(log)
+    if frozen.any():
+        log = _smoothed_without(arm, log, frozen)
+    recording = log.recording
+    assert recording is not None  # callers check this
+    assert recording.torque is not None
+    faulty = np.zeros(recording.torque.shape, dtype=bool)
+    for fault, joints in _copies(recording):
+        faults.append(fault)
+        faulty[:, joints] = True
+    for i in range(arm.n_joints):
+        moves = direction(log, i) != 0.0
+        if moves.sum() < _SETTINGS.fewest_readings or not np.isfinite(recording.torque[:, i]).any():
+            continue
+        for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
+            faults.append(fault)
+            faulty[:, i] |= rows
+    # The filter makes a faulty reading part of its neighbours; one that is a row late does them no harm.
+    near = np.ones(2 * _SETTINGS.blurred_readings + 1)
+    blurred = [np.convolve(rows, near, mode="same") > 0.5 for rows in faulty.astype(float).T]
+    repeats = _repeats(log, recording)
+    if repeats.any():
+        faults.append(_repeated(repeats, int(np.abs(log.qd).max(axis=0).argmax())))
+    faults += _of_velocities(log)
+    torque, filtered = (
+        None if values is None else np.where(rows | repeats[:, None], np.nan, values)
+        for values, rows in (
+            (recording.torque, faulty),
+            (recording.torque_filtered, np.column_stack(blurred)),
+        )
+    )
+    return faults, replace(log, recording=replace(recording, torque=torque, torque_filtered=filtered))
+
+
+def _frozen_positions(log: Trajectory) -> tuple[list[Fault], Array]:
+    """Joints whose position is frozen for a while, and the rows, (N,)."""
+    faults: list[Fault] = []
+    rows, recording = np.zeros(log.n_set_points, dtype=bool), log.recording
+    # Several motions in one recording would be smoothed as one.
+    if recording is None or not recording.measured or log.motions:
+        return faults, rows
+    for i, q in enumerate(recording.q.T):
+        frozen = _frozen_runs(q)
+        # A joint that rested goes on in usual steps; one that was frozen is elsewhere by then.
+        steps = np.abs(np.diff(q))
+        usual = float(np.quantile(steps, _SETTINGS.usual_step_quantile))
+        for begin, end in runs(frozen).tolist():
+            jumps = end < len(q) and steps[end - 1] > _SETTINGS.frozen_jump_steps * usual
+            frozen[begin:end] = jumps
+        if frozen.any():
+            faults.append(_frozen(log.time, frozen, f"position of joint {i + 1}", i))
+            rows |= frozen
+    return faults, rows
+
+
+def _smoothed_without(arm: RobotArm, log: Trajectory, rows: Array) -> Trajectory:
+    """The log without some of its rows, which become a gap."""
+    recording = log.recording
+    assert recording is not None  # callers check this
+    q = np.where(rows[:, None], np.nan, recording.q)
+    logged = Log(
+        log.time, q, recording.qd, None, recording.torque, True, recording.columns, log.name, log.origin
+    )
+    whole = log.whole or Whole(log.n_set_points, log.fingerprint)
+    return replace(Trajectory.from_log(logged, arm), whole=whole)
+
+
+def _repeats(log: Trajectory, recording: Recording) -> Array:
+    """Rows that repeat the one before though a joint moves by several steps of its sensor, (N,)."""
+    assert recording.torque is not None  # callers check this
+    readings = np.column_stack([recording.q, recording.torque])
+    repeats = np.zeros(len(readings), dtype=bool)
+    repeats[1:] = (readings[1:] == readings[:-1]).all(axis=1)
+    if repeats.any():
+        steps = np.array([_sensor_step(q) for q in recording.q.T])
+        moved = np.abs(log.qd) * float(np.median(np.diff(log.time)))
+        repeats &= ((moved > _SETTINGS.repeated_steps * steps) & (steps > 0.0)).any(axis=1)
+    return repeats
 
 
 def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
     """Faults of a joint's torque, and the readings of each, (N,)."""
     values = torque[moves & np.isfinite(torque)]
-    if not len(values) or np.ptp(values) <= 1e-9 * np.abs(values).max(initial=0.0):
+    if not len(values) or np.ptp(values) <= _SETTINGS.constant_share * np.abs(values).max(initial=0.0):
         yield _dead(values, joint), np.ones(len(torque), dtype=bool)
         return
-    runs = _runs(torque)
-    at_end = (torque == np.nanmax(torque)) | (torque == np.nanmin(torque))
-    clipped = at_end & (runs >= _SETTINGS.shortest_clipped_run) & moves
+    at_end = _at_clipped_end(torque, moves)
+    clipped = at_end & (_runs(torque) >= _SETTINGS.shortest_clipped_run) & moves
     if clipped.sum() > _SETTINGS.clipped_share * moves.sum():
         yield _clipped(torque, clipped, float(clipped.sum() / moves.sum()), joint), at_end
-    shortest_run = max(_SETTINGS.frozen_share * len(torque), _SETTINGS.shortest_frozen_run)
-    frozen = (runs >= shortest_run) & moves & ~at_end
-    if frozen.sum() >= shortest_run:
-        yield _frozen(log.time, frozen, joint), frozen
-    spikes = _spikes(torque)
+    frozen = _frozen_runs(torque) & moves & ~at_end
+    if frozen.any():
+        yield _frozen(log.time, frozen, f"torque of joint {joint + 1}", joint), frozen
+    spikes = _spikes(torque, moves)
     if 0 < spikes.sum() <= _SETTINGS.most_spikes_share * len(torque):
         yield _jumping(log.time, spikes, joint), spikes
+
+
+def _at_clipped_end(values: FloatArray, moves: Array) -> Array:
+    """Readings at the largest or smallest value, where these are far more than at the values next to it."""
+    levels, counts = np.unique(values[moves & np.isfinite(values)], return_counts=True)
+    at_end, beside = np.zeros(len(values), dtype=bool), _SETTINGS.values_beside
+    # For this share of its period a sine read in steps stays within the last one.
+    step = min(2.0 * _sensor_step(values) / float(levels[-1] - levels[0]), 1.0)
+    least = np.arccos(1.0 - step) / np.pi * counts.sum()
+    for end, most in ((0, counts[1 : 1 + beside].max()), (-1, counts[-1 - beside : -1].max())):
+        if counts[end] > max(_SETTINGS.clipped_ratio * most, least):
+            at_end |= values == levels[end]
+    return at_end
+
+
+def _frozen_runs(values: FloatArray) -> Array:
+    """Readings in long runs of one value, from which the next one jumps, (N,)."""
+    lengths, step = _runs(values), _sensor_step(values)
+    mean_run = len(values) / float((1.0 / lengths).sum())
+    shortest = max(
+        _SETTINGS.frozen_share * len(values),
+        _SETTINGS.shortest_frozen_run,
+        _SETTINGS.frozen_to_mean_run * mean_run,
+    )
+    frozen = np.zeros(len(values), dtype=bool)
+    for begin, end in runs(lengths >= shortest):
+        # Runs of different values may follow each other.
+        starts = begin + np.concatenate([[0], np.flatnonzero(np.diff(values[begin:end])) + 1])
+        for first, last in zip(starts, [*starts[1:], end], strict=True):
+            jump = abs(values[last] - values[first]) if last < len(values) else np.inf
+            frozen[first:last] = jump > _SETTINGS.frozen_jump_steps * step
+    return frozen
+
+
+def _sensor_step(values: FloatArray) -> float:
+    """Size of a step of the sensor, or of a small change between readings."""
+    changes = np.abs(np.diff(values))
+    changes = changes[changes > 0.0]
+    return float(np.quantile(changes, _SETTINGS.step_quantile)) if len(changes) else 0.0
+
+
+def _copies(recording: Recording) -> Iterator[tuple[Fault, list[int]]]:
+    """Columns that are another joint's, reading by reading, and the joints whose torques are of no use."""
+    n = recording.q.shape[1]
+    for role, values in (("torque", recording.torque), ("q", recording.q)):
+        for i, j in combinations(range(n), 2):
+            if values is not None and _are_copies(values[:, i], values[:, j]):
+                # Positions enter the torques of all joints.
+                yield _copied(role, i, j), [i, j] if role == "torque" else list(range(n))
+
+
+def _are_copies(first: FloatArray, second: FloatArray) -> bool:
+    """Whether two columns that vary are equal, or one is the other's negative."""
+    if not np.isfinite(first).any() or not np.nanmax(first) > np.nanmin(first):
+        return False
+    return any(np.array_equal(first, other, equal_nan=True) for other in (second, -second))
 
 
 def _dead(values: FloatArray, joint: int) -> Fault:
@@ -99,7 +235,7 @@ def _dead(values: FloatArray, joint: int) -> Fault:
         "dead column",
         joint,
         f"The torque of joint {joint + 1} is {level} while it moves",
-        f"name another column with --map torque:JOINT=COLUMN, or leave joint {joint + 1} out",
+        f"name another column with --map torque:{joint + 1}=COLUMN",
         1.0,
     )
 
@@ -111,20 +247,41 @@ def _clipped(torque: FloatArray, clipped: Array, share: float, joint: int) -> Fa
         "clipped torque",
         joint,
         f"The torque of joint {joint + 1} is clipped at {ends} in {percent(share)} of its readings",
-        "record with a wider range, or more slowly; identify with what is not clipped",
+        "record with a wider range, or more slowly, if the rest is too little",
         share,
     )
 
 
-def _frozen(time: FloatArray, frozen: Array, joint: int) -> Fault:
+def _frozen(time: FloatArray, frozen: Array, column: str, joint: int) -> Fault:
     begin, end = time[np.flatnonzero(frozen)[[0, -1]]].tolist()
-    rows = f"{number(begin)} to {number(end)} s"
     return Fault(
         "frozen column",
         joint,
-        f"The torque of joint {joint + 1} is frozen from {rows}",
-        f"leave these rows out, {rows}",
+        f"The {column} is frozen from {number(begin)} to {number(end)} s",
+        "log without lost messages, if the rest is too little",
         float(frozen.mean()),
+    )
+
+
+def _repeated(repeats: Array, joint: int) -> Fault:
+    share = float(repeats.mean())
+    return Fault(
+        "repeated rows",
+        joint,
+        f"{percent(share)} of the rows repeat the row before, though the arm moves",
+        "log each message once",
+        share,
+    )
+
+
+def _copied(role: str, joint: int, other: int) -> Fault:
+    word = "positions" if role == "q" else "torques"
+    return Fault(
+        "copied column",
+        joint,
+        f"The {word} of joints {joint + 1} and {other + 1} are the same, reading by reading",
+        f"name another column with --map {role}:{other + 1}=COLUMN",
+        1.0,
     )
 
 
@@ -135,7 +292,7 @@ def _jumping(time: FloatArray, spikes: Array, joint: int) -> Fault:
         "spikes",
         joint,
         f"The torque of joint {joint + 1} jumps away and back {count} (first at {instants} s)",
-        "leave these rows out, or log without lost messages",
+        "log without lost messages, if they are many",
         float(spikes.mean()),
     )
 
@@ -165,19 +322,16 @@ def _runs(values: FloatArray) -> Array:
     return np.repeat(np.diff(ends), np.diff(ends))
 
 
-def _spikes(values: FloatArray) -> Array:
+def _spikes(values: FloatArray, moves: Array) -> Array:
     """Readings far from their neighbours on both sides."""
-    filled = np.nan_to_num(values, nan=float(np.nanmedian(values)))
+    is_read, places = np.isfinite(values), np.arange(len(values))
+    filled = np.interp(places, places[is_read], values[is_read])
     padded = np.pad(filled, 2, mode="edge")
     around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
     deviation = np.abs(filled - around)
-    # Readings of few values, and slow ones, are equal to their median: a typical difference is more than 0.
-    usual = max(float(np.quantile(deviation, 0.9)), float(np.mean(np.abs(np.diff(filled)))), 1e-12)
+    # What readings usually do, by medians that spikes do not move. Slow readings of few values equal their
+    # neighbours: a step of the sensor is the least.
+    changes = np.abs(np.diff(around))[moves[1:]]
+    usual = max(float(np.median(deviation[moves])), float(np.mean(changes)), _sensor_step(filled))
     size = float(np.sqrt(np.mean((around - around.mean()) ** 2)))
     return deviation > max(_SETTINGS.spike_factor * usual, _SETTINGS.harmless_factor * size)
-
-
-def _blurred(rows: Array) -> Array:
-    """Rows and their neighbours."""
-    wide = np.convolve(rows.astype(float), np.ones(2 * _SETTINGS.blurred_readings + 1), mode="same")
-    return wide > 0.5

@@ -15,7 +15,7 @@ from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.remedies import vector
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, regressor
 from gd_analyze.robots.parts import Link, of_point_mass
-from gd_analyze.text import number
+from gd_analyze.text import number, to_digits_of, with_error
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,7 @@ class _LoadSettings:
     distance_share: float = 0.15  # plausible distance of this mass, as a share of the reach
     inertia_share: float = 0.5  # its inertia as a share of its mass times the square of its distance
     least_mass_share: float = 0.01  # least share of an arm's mass that is mentioned as a payload
+    curved_over: float = 0.3  # step over which the score's curvature is taken, in plausible sizes
     # Standard deviation of a torque's change at a restart, as a share of its RMS.
     jump_share: float = 0.3
 
@@ -150,6 +151,28 @@ def _of_added(fit: FileFit, added: Added) -> FloatArray:
     return np.asarray(fit.shared[-len(added.sizes) :] * added.sizes)
 
 
+def _errors_of_added(problem: Problem, added: Added, values: FloatArray) -> FloatArray:
+    """Standard errors of the first numbers of a body, by the curvature of the score with each held."""
+    taken_off = problem.correction.taken_off
+    errors = []
+    for k, value in enumerate(values.tolist()):
+        size, others = float(added.sizes[k]), np.arange(len(added.sizes)) != k
+        free = Added(added.columns[..., others], added.sizes[others])
+
+        def score(x: float, k: int = k, size: float = size, free: Added = free) -> float:
+            held = np.zeros(len(added.sizes))
+            held[k] = x
+            body = -held if taken_off is None else taken_off - held
+            correction = replace(problem.correction, taken_off=body).with_added(free)
+            return problem.rough_score(correction) + (x / size) ** 2
+
+        step = _LOAD.curved_over * size
+        bend = (score(value - step) - 2.0 * score(value) + score(value + step)) / step**2
+        # What the log does not tell is as plausible as before.
+        errors.append(float(np.sqrt(2.0 / max(bend, 2.0 / size**2))))
+    return np.array(errors)
+
+
 class Payload(Hypothesis):
     """The arm carries what its file does not say, or the other way round."""
 
@@ -164,14 +187,18 @@ class Payload(Hypothesis):
         is_light = abs(mass) < _LOAD.least_mass_share * problem.arm.mass.sum()
         if is_light or np.linalg.norm(place) > (problem.arm.reach or 1.0):
             return
+        error, *moment_errors = _errors_of_added(problem, added, np.array([mass, *moment]))
         if mass > 0.0:
             tip = problem.arm.tip_frame
             local = tip.rotation.T @ (place - tip.translation)
-            sentence = f"The arm carries {number(mass)} kg that its file lacks"
-            remedy = f"--payload {mass:.3g},{vector(local)}"
+            errors = np.hypot(moment_errors, place * error) / mass
+            errors = np.sqrt(np.square(tip.rotation.T) @ errors**2)
+            coordinates = ",".join(map(to_digits_of, local.tolist(), errors.tolist()))
+            sentence = f"The arm carries {with_error(mass, error)} kg that its file lacks"
+            remedy = f"--payload {to_digits_of(mass, error)},{coordinates}"
         else:
-            sentence = f"The file carries {number(-mass)} kg at its end that the robot did not"
-            remedy = f"take {number(-mass)} kg off the file's last link"
+            sentence = f"The file carries {with_error(-mass, error)} kg at its end that the robot did not"
+            remedy = f"take {to_digits_of(-mass, error)} kg off the file's last link"
         yield Candidate(
             self.name, sentence, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
 from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, seconds
-from gd_analyze.text import number
+from gd_analyze.text import number, to_digits_of, with_error
 
 # Factors that units and gears make of torques, and what they are.
 FACTORS = {
@@ -27,6 +27,8 @@ FACTORS = {
     1e3: "kN m",
     1e-6: "microN m",
 }
+# Step of a factor's logarithm over which a score's curvature is taken, and its largest standard error told.
+_CURVED_OVER, _LARGEST_ERROR = 0.1, 1.0
 # Least deviation from 1 of a factor that is more than constants are known to.
 _NOTICED_FACTOR = 1.25
 
@@ -87,7 +89,7 @@ class TorqueScale(Hypothesis):
         free = float(np.exp(_least(score, np.log(_ratio_of(problem)))))
         cost = problem.settings.cost_per_number
         is_known = scores[unit] < score(np.log(free)) + problem.settings.known_advantage - cost
-        factor = unit if is_known else free
+        factor, constant = unit if is_known else free, comma_separated([unit])
         if is_known:
             sentence = (
                 f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
@@ -96,11 +98,13 @@ class TorqueScale(Hypothesis):
             if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
                 return
             size = "small" if factor > 1 else "large"
-            sentence = f"All torques are too {size}: multiplied by {number(factor)} they fit"
+            error = free * _errors(lambda x: score(float(x[0])), np.log([free]))[0]
+            sentence = f"All torques are too {size}: multiplied by {with_error(free, error)} they fit"
+            constant = to_digits_of(free, error)
         yield Candidate(
             self.name,
             sentence,
-            f"--torque-constant {comma_separated([factor] * n)}",
+            f"--torque-constant {','.join([constant] * n)}",
             correction.with_torque(factor * np.eye(n)),
             numbers=0 if is_known else 1,
             alternatives=len(FACTORS) if is_known else 1,
@@ -140,11 +144,19 @@ class JointScale(Hypothesis):
         if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
             return
         factors = factors_of(joint, factor)
+        error = (
+            factor
+            * _errors(lambda x: _score_of(problem, factors_of(joint, float(np.exp(x[0])))), np.log([factor]))[
+                0
+            ]
+        )
+        constants = ["1"] * n
+        constants[joint] = to_digits_of(factor, error)
         yield Candidate(
             self.name,
             f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
-            f"multiplied by {number(factor)} it fits",
-            f"--torque-constant {comma_separated(factors.tolist())}",
+            f"multiplied by {with_error(factor, error)} it fits",
+            f"--torque-constant {','.join(constants)}",
             problem.correction.with_torque(np.diag(factors)),
             numbers=1,
             alternatives=n,
@@ -176,15 +188,37 @@ class JointScale(Hypothesis):
         if np.ptp(logarithms[moving]) <= np.log(_NOTICED_FACTOR) or len(moving) < 2:
             return
         factors = np.exp(logarithms)
-        constants = comma_separated(factors.tolist())
+        errors = np.zeros(problem.n)
+
+        def score_of_moving(changed: FloatArray) -> float:
+            all_factors = factors.copy()
+            all_factors[moving] = np.exp(changed)
+            return _score_of(problem, all_factors) + deviation(all_factors)
+
+        errors[moving] = factors[moving] * _errors(score_of_moving, logarithms[moving])
+        pairs = list(zip(factors.tolist(), errors.tolist(), strict=True))
+        told = ", ".join(with_error(*pair) for pair in pairs)
         yield Candidate(
             self.name,
-            f"Torques are currents, or before the gears: times {constants} they fit",
-            f"--torque-constant {constants}",
+            f"Torques are currents, or before the gears: times {told} they fit",
+            f"--torque-constant {','.join(to_digits_of(*pair) for pair in pairs)}",
             problem.correction.with_torque(np.diag(factors)),
             numbers=len(moving),
             unsure="all masses are wrong by a common factor beside",
         )
+
+
+def _errors(score: Callable[[FloatArray], float], logarithms: FloatArray) -> FloatArray:
+    """Standard errors of logarithms where a score, minus twice that of a likelihood, is least."""
+    steps = _CURVED_OVER * np.eye(len(logarithms))
+    curvature = np.zeros((len(steps), len(steps)))
+    for i, j in combinations_with_replacement(range(len(steps)), 2):
+        corners = [(a * b, score(logarithms + a * steps[i] + b * steps[j])) for a in (-1, 1) for b in (-1, 1)]
+        curvature[i, j] = curvature[j, i] = sum(sign * value for sign, value in corners)
+    sizes, ways = np.linalg.eigh(curvature / (2.0 * _CURVED_OVER) ** 2)
+    # Half the second derivative is the inverse of the covariance.
+    variances = 2.0 / np.maximum(sizes, 2.0 / _LARGEST_ERROR**2)
+    return np.asarray(np.sqrt(np.square(ways) @ variances))
 
 
 def _score_of(problem: Problem, factors: FloatArray) -> float:

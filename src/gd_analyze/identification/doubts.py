@@ -21,7 +21,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.plausibility import CHECKS
-from gd_analyze.text import named_joints, number
+from gd_analyze.text import named_joints, number, percent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +42,11 @@ class _DoubtSettings:
     little_gravity_share: float = 0.1
     # Standard error of torque constants and gear efficiencies, of which nothing is known.
     unknown_scale_error: float = 0.2
+    # Change of a torque's gain over the logs, as a share of it, that no warming of drives explains.
+    drifting_gain: float = 0.2
+    explained_by_drift: float = 0.25  # share of the squared residual that it explains at least
+    # Directions of a joint's columns below this share of the strongest tell nothing of it.
+    least_strength: float = 1e-3
     compared_states: int = 300  # set points of a log at which models are compared
 
 
@@ -71,14 +76,20 @@ def _contradiction(arm: RobotArm, difference: str) -> UsageError:
         f"log and file contradict each other: {difference}",
         where=f"arm {arm.name}",
         expected="an arm and a log of it, torques in N m, or currents with --torque-constant",
-        next_step="`gd-analyze diagnose` looks for the cause; a short or noisy log needs more motion",
+        next_step="`gd-analyze diagnose ROBOT LOG` looks for the cause; a short or noisy log needs more "
+        "motion",
     )
 
 
 def doubts_of(
-    file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[Trajectory], *, physical: bool
+    file_arm: RobotArm,
+    identified_arm: RobotArm,
+    motions: Sequence[Trajectory],
+    rows: Sequence[JointRows],
+    *,
+    physical: bool,
 ) -> tuple[str, ...]:
-    """Sentences on what is implausible of an identified arm, beside the file and its logs.
+    """Sentences on what is implausible of an identified arm, beside the file and its logs, or of the logs.
 
     Bodies of plain least squares may be impossible (`physical` is False), and are not checked.
 
@@ -93,7 +104,36 @@ def doubts_of(
         doubts += _newly_implausible(file_arm, identified_arm)
     if file_arm.mass.any():
         doubts = [*_unlike_the_file(file_arm, identified_arm, states), *doubts]
-    return tuple(doubts)
+    return (*_of_drift(rows), *doubts)
+
+
+def _of_drift(rows: Sequence[JointRows]) -> Iterator[str]:
+    """Joints whose torque grows or shrinks over the logs for the same motion."""
+    changes = {i + 1: change for i, joint_rows in enumerate(rows) if (change := _gain_change(joint_rows))}
+    if changes:
+        joints, sizes = named_joints([*changes], len(rows)), ", ".join(map(percent, changes.values()))
+        yield f"the gain of the torque of {joints} changes over the logs, by {sizes}"
+
+
+def _gain_change(rows: JointRows) -> float:
+    """Change of a joint's torque from the begin to the end of its logs, over its mean; 0 if there is none.
+
+    All that the joint's torque is linear in is free: the file, and an identified arm, may be wrong.
+    """
+    sizes = np.linalg.norm(rows.columns, axis=0)
+    if len(rows.time) <= 2 * np.count_nonzero(sizes):
+        return 0.0
+    directions, strength, _ = np.linalg.svd(
+        rows.columns[:, sizes > 0.0] / sizes[sizes > 0.0], full_matrices=False
+    )
+    model = directions[:, strength > _SETTINGS.least_strength * strength[0]]
+    place = (rows.time - rows.time.mean()) / np.ptp(rows.time)
+    grown, residual = (x - model @ (model.T @ x) for x in (place * rows.torque, rows.torque))
+    size = float(grown @ grown)
+    change = float(grown @ residual) / size if size else 0.0
+    explained = change**2 * size / float(residual @ residual) if residual.any() else 0.0
+    is_clear = abs(change) > _SETTINGS.drifting_gain and explained > _SETTINGS.explained_by_drift
+    return change if is_clear else 0.0
 
 
 def scale_error(file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[Trajectory]) -> float:
@@ -167,7 +207,11 @@ def _unlike_the_file(file_arm: RobotArm, identified_arm: RobotArm, states: State
     difference = f"the inertia identified at joint {joint + 1} is {number(ratio)} times {whose}"
     if not 1.0 / _SETTINGS.another_unit_factor < ratio < _SETTINGS.another_unit_factor:
         raise _contradiction(file_arm, difference)
-    if not 1.0 / _SETTINGS.more_inert_factor < ratio < _SETTINGS.more_inert_factor:
+    is_far_from_its_own = bool(
+        identified_inertia[joint] > _SETTINGS.another_unit_factor * file_inertia[joint]
+        and ratio > _SETTINGS.heavier_factor
+    )
+    if is_far_from_its_own or not 1.0 / _SETTINGS.more_inert_factor < ratio < _SETTINGS.more_inert_factor:
         yield difference
 
 

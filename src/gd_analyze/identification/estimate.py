@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of
 from gd_analyze.dynamics.friction import correlation_time, reduced, triangle
 from gd_analyze.dynamics.measured_torque import SIGMAS
@@ -46,6 +46,8 @@ class _SizeSettings:
     # A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that
     # is not clearly better than that tells nothing new.
     file_error_share: float = 1.0 / 3.0
+    # Shares of the fastest velocity below which friction may be larger (Stribeck).
+    slow_shares: tuple[float, ...] = (0.07, 0.25)
     # Radius of gyration, as a share of the reach, of a link without mass in the file.
     gyration_share: float = 0.2
 
@@ -69,9 +71,12 @@ class Estimate:
     steps
         Distance of the solution from the start along these, (k,).
     noise
-        Standard deviation of a row of every joint, N m (N), (n,); nan without rows.
+        Standard deviation of a row of every joint, N m (N), the larger of fitted and of held-out rows, (n,);
+        nan without rows.
     correlated
-        Correlated rows per independent one, by joint, (n,).
+        Correlated rows per independent one, by joint, likewise, (n,).
+    bends
+        What the unknowns change by under other assumptions, a row of each, (b, p).
     """
 
     start: FloatArray
@@ -81,6 +86,7 @@ class Estimate:
     steps: FloatArray
     noise: FloatArray
     correlated: FloatArray
+    bends: FloatArray
 
     @property
     def identifiable(self) -> int:
@@ -99,8 +105,23 @@ class Estimate:
 
     @property
     def deviations(self) -> FloatArray:
-        """One standard error along each identifiable direction, (k, p): D^T D is the covariance."""
-        return self.sizes * self.directions[: self.identifiable] / self.strength[:, None]
+        """One standard error along each identifiable direction, and the bends: D^T D is the covariance."""
+        along = self.sizes * self.directions[: self.identifiable] / self.strength[:, None]
+        return np.vstack([along, self.bends])
+
+    def bent_by(self, change: FloatArray) -> Estimate:
+        """The same with another bend, (p,)."""
+        return replace(self, bends=np.vstack([self.bends, change]))
+
+    def judged_by(self, rows: Sequence[JointRows], held_out: Sequence[Array]) -> Estimate:
+        """The same with noise and correlation of residuals that were not fitted, where these are larger."""
+        noise, correlated = self.noise.copy(), self.correlated.copy()
+        for i, (joint_rows, is_held_out) in enumerate(zip(rows, held_out, strict=True)):
+            residual = joint_rows.torque - joint_rows.columns @ self.values
+            if is_held_out.any():
+                noise[i] = np.fmax(noise[i], np.sqrt(np.mean(residual[is_held_out] ** 2)))
+                correlated[i] = max(correlated[i], _rows_per_independent_one(residual))
+        return replace(self, noise=noise, correlated=correlated)
 
     @property
     def open(self) -> FloatArray:
@@ -130,8 +151,7 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
         values = start + sizes * steps
         for i in joints:
             residual = rows[i].torque - rows[i].columns @ values
-            all_rows = np.ones(len(residual), dtype=bool)
-            correlated[i] = correlation_time(residual.__getitem__, all_rows, [slice(0, len(residual))])
+            correlated[i] = _rows_per_independent_one(residual)
             spare = max(len(residual) - rank / len(joints), 1.0)
             # A residual is never less than the round-off of its operands.
             least = _SOLVING.round_off_share * float(np.abs(rows[i].torque).max())
@@ -139,6 +159,11 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
         if np.nanmax(np.abs(noise / before - 1.0)) < _SOLVING.settled_change:
             break
     return _along_directions(weighed(), start, sizes, noise, correlated)
+
+
+def _rows_per_independent_one(residual: FloatArray) -> float:
+    all_rows = np.ones(len(residual), dtype=bool)
+    return correlation_time(residual.__getitem__, all_rows, [slice(0, len(residual))])
 
 
 def solved_again(rows: Sequence[JointRows], start: FloatArray, before: Estimate) -> Estimate:
@@ -160,7 +185,38 @@ def _along_directions(
     left_vectors, strength, directions = np.linalg.svd(r[:, :p])
     identifiable = int((strength > SIGMAS).sum())
     steps = (left_vectors.T @ r[:, p])[:identifiable] / strength[:identifiable]
-    return Estimate(start, sizes, directions, strength[:identifiable], steps, noise, correlated)
+    nothing = np.zeros((0, p))
+    return Estimate(start, sizes, directions, strength[:identifiable], steps, noise, correlated, nothing)
+
+
+def change_by_friction(estimate: Estimate, rows: Sequence[JointRows], unknowns: Unknowns) -> FloatArray:
+    """Change of the unknowns, (p,), if friction falls as a joint gets faster, and grows with its load.
+
+    Coulomb and viscous friction are a choice: the unknowns are as uncertain as another would change them.
+    """
+    n, directions = len(rows), estimate.directions[: estimate.identifiable]
+    width, load = len(directions), estimate.values.copy()
+    # The drive's own inertia and friction do not load its gear.
+    load[unknowns.of_drives] = load[unknowns.of_friction] = 0.0
+    terms = 1 + len(_SIZES.slow_shares)
+    blocks = [np.eye(width + terms * n, width + terms * n + 1)]  # none is larger than its plausible size
+    for i, joint_rows in enumerate(rows):
+        if not len(joint_rows.torque):
+            continue
+        coulomb, viscous, _ = range(unknowns.count)[unknowns.friction_of(i)]
+        sign, velocity = joint_rows.columns[:, coulomb], joint_rows.columns[:, viscous]
+        block = np.zeros((len(sign), width + terms * n + 1))
+        block[:, :width] = joint_rows.columns * estimate.sizes @ directions.T
+        first, fastest = width + terms * i, float(np.abs(velocity).max())
+        block[:, first] = sign * np.abs(joint_rows.columns @ load)
+        for k, share in enumerate(_SIZES.slow_shares, start=1):
+            slow = np.exp(-np.square(velocity / (share * fastest)))
+            block[:, first + k] = estimate.sizes[coulomb] * sign * slow
+        block[:, -1] = joint_rows.torque - joint_rows.columns @ estimate.values
+        blocks.append(block / (estimate.noise[i] * np.sqrt(estimate.correlated[i])))
+    r = triangle(blocks, width + terms * n + 1)
+    change = np.linalg.solve(r[:-1, :-1], r[:-1, -1])[:width]
+    return np.asarray(estimate.sizes * (change @ directions))
 
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.faults import Fault
 from gd_analyze.dynamics.friction import correlation_time
 from gd_analyze.identification.estimate import Estimate, start_of
 from gd_analyze.result import value_text
@@ -99,6 +100,8 @@ class Identification:
     kept
         Joints, from 1, at which the identified model did not predict held-out torque better than the file
         with friction: their torque is the file's with friction.
+    faults
+        Faulty readings of the logs, left out of the fit.
     doubts
         What is implausible of the identified arm, a sentence each.
     payload
@@ -123,6 +126,7 @@ class Identification:
     estimate: Estimate
     kept: tuple[int, ...] = ()
     doubts: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
     payload: FloatArray | None = None
     torque_scale: tuple[float, float] | None = None
 

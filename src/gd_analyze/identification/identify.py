@@ -11,14 +11,16 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
 from gd_analyze.diagnosis.diagnose import diagnose
+from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
 from gd_analyze.identification.doubts import doubts_of, require_torque_of_this_size, scale_error
 from gd_analyze.identification.estimate import (
     Estimate,
+    change_by_friction,
     described,
     least_squares,
     plausible_sizes,
@@ -48,8 +50,6 @@ class _JudgementSettings:
     """What is held out of the logs, and when torques or a model are refused."""
 
     held_out_share: float = 1.0 / 3.0  # share at the end of every log that is predicted if no log is held out
-    # A torque that varies by less than this share of its size is constant.
-    constant_torque_share: float = 1e-6
     pause_share: float = 0.05  # gap between two logs in figures, as a share of the first
     # A model with more than this share of the squared held-out torque as residual is useless.
     useless_square_share: float = 0.5
@@ -75,9 +75,10 @@ def identify(
     """Fit links, drives and friction to measured motions and torques by weighted least squares.
 
     Torque of every joint is linear in ten parameters of every link, the drives' inertia, Coulomb and viscous
-    friction and an offset. Rows are means of both sides over short windows of time, weighted by the noise of
-    their joint's residuals. Parameters that the logs do not tell keep the file's values, as do joints whose
-    held-out torque is not predicted better than by the file with fitted friction.
+    friction and an offset. Rows are means of both sides over short windows of time, weighted by their joint's
+    residuals, the larger of fitted and held-out ones. Parameters that the logs do not tell keep the file's
+    values, as do joints whose held-out torque is not predicted better than by the file with fitted friction.
+    Faulty readings (`diagnose`) are left out.
 
     Parameters
     ----------
@@ -96,7 +97,8 @@ def identify(
         directions, to the file, by a semidefinite program; otherwise only keep masses, drive inertias and
         friction non-negative.
     anyway
-        Identify even where a cause other than the links' numbers explains the logs (`diagnose`).
+        Identify even where a cause other than the links' numbers explains the logs (`diagnose`), or a column
+        is of no use.
 
     Returns
     -------
@@ -106,16 +108,17 @@ def identify(
     Raises
     ------
     UsageError
-        If a log has no torques or constant ones, is given twice, or has a wrong sign or column; if no joint
-        moves, the logs do not determine the links, no model of this arm predicts held-out torques, or logs
-        and file contradict each other; if `diagnose` finds a cause that other links do not explain.
+        If a log has no torques, constant or copied ones, is given twice, or has a wrong sign or column; if no
+        joint moves, the logs do not determine the links, no model of this arm predicts held-out torques, or
+        logs and file contradict each other; if `diagnose` finds a cause that other links do not explain.
     TrajectoryError
         If a log has another number of joints.
 
     Warns
     -----
     GdAnalyzeWarning
-        If joints do not move or are not predicted, or what is identified is implausible beside the file.
+        If readings are faulty, joints do not move or are not predicted, or what is identified is implausible
+        beside the file.
     """
     arm = arm_of(arm)
     fitted, carrying, held_out_motions = (
@@ -124,10 +127,17 @@ def identify(
     if not fitted:
         message, expected = "there are no logs", "one or several logs with torques"
         raise UsageError(message, where="logs", expected=expected, found=in_python(logs))
+    _require_different([*fitted, *carrying, *held_out_motions])
+    faults: list[Fault] = []
+    fitted, carrying, held_out_motions = (
+        [_without_faults(arm, motion, faults, anyway) for motion in motions]
+        for motions in (fitted, carrying, held_out_motions)
+    )
     if not anyway:
         _require_no_cause(arm, [*fitted, *held_out_motions])
     if mass is None:
         identification = _identified(arm, fitted, held_out_motions, carrying, physical)
+        identification = replace(identification, faults=tuple(faults))
         if identification.payload is None:
             return identification
         scale_share = scale_error(arm, identification.arm, [*fitted, *held_out_motions])
@@ -160,15 +170,36 @@ def identify(
         for motions in (fitted, held_out_motions, carrying)
     )
     identification = _identified(arm, fitted, held_out_motions, carrying, physical)
-    return replace(identification, torque_scale=(scale, scale * error / weighed))
+    return replace(identification, faults=tuple(faults), torque_scale=(scale, scale * error / weighed))
+
+
+def _without_faults(arm: RobotArm, motion: Trajectory, faults: list[Fault], anyway: bool) -> Trajectory:
+    """A recording without faulty readings, which are added to `faults`; refused if a column is useless."""
+    require_trajectory_joints(motion, arm)
+    require_torques(motion)
+    (told, motion), where = without_faults(arm, motion), f"log {motion.name}"
+    useless = [fault for fault in told if fault.share == 1.0 and fault.name != VELOCITIES]
+    is_anything_left = bool(np.isfinite(_torque_read(motion)).any())
+    if useless and not (anyway and is_anything_left):
+        further = "; --anyway (anyway=True) leaves it out" if is_anything_left else ""
+        raise UsageError(
+            "; ".join(fault.what[0].lower() + fault.what[1:] for fault in useless),
+            where=where,
+            expected="measured torques and positions of every joint",
+            next_step=f"{useless[0].remedy}; `gd-analyze columns ROBOT LOG` lists the columns{further}",
+        )
+    by_name: dict[str, list[Fault]] = {}
+    for fault in mentioned(told):
+        by_name.setdefault(fault.name, []).append(fault)
+    for group in by_name.values():
+        warnings.warn(f"{where}: {faults_in_words(group, arm.n_joints)}", GdAnalyzeWarning, stacklevel=3)
+    faults += [replace(fault, what=f"{fault.what} ({where})") for fault in told]
+    return motion
 
 
 def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
     """Refuse logs that a cause of few numbers explains better than changed links do."""
-    for motion in motions:
-        require_trajectory_joints(motion, arm)
-        require_torques(motion)
-    if not arm.mass.any() or not motions:
+    if not arm.mass.any():
         return
     try:
         diagnosis = diagnose(arm, motions, thorough=False)
@@ -272,11 +303,6 @@ def _identified(
     physical: bool,
 ) -> Identification:
     n = arm.n_joints
-    motions = [*fitted, *carrying, *held_out_motions]
-    for motion in motions:
-        require_trajectory_joints(motion, arm)
-        require_torques(motion)
-    _require_different(motions)
     unknowns = Unknowns(n, payload=bool(carrying))
     logs = _logs_by_joint(arm, unknowns, fitted, held_out_motions, carrying)
     training = [log.training for log in logs]
@@ -290,16 +316,21 @@ def _identified(
     if has_masses:
         require_torque_of_this_size(arm, [log.bare for log in logs], start, unknowns)
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
+    # Friction that is not the model's bends the fit to its own rows, and they do not show how far it is off.
+    judged = estimate.judged_by([log.rows for log in logs], [log.held_out for log in logs])
+    estimate = solved_again(training, start, judged)
 
     def fitted_values() -> tuple[FloatArray, tuple[Residuals, ...]]:
         values = consistent(estimate, unknowns) if physical else bounded(estimate, unknowns)
         return values, tuple(log.residuals(start, values, unknowns, i) for i, log in enumerate(logs))
 
     values, residuals = fitted_values()
+    if not has_masses:  # otherwise the diagnosis has tried signs
+        _require_friction_that_brakes(arm, estimate, unknowns, residuals)
     _require_a_model(arm, residuals)
-    _require_friction_that_brakes(arm, estimate, unknowns, residuals)
     # Joints that are not predicted better than by the file keep its torque.
     unimproved: list[int] = []
+    fitted_estimate, fitted_rows = estimate, list(training)
     while has_masses:
         worse = [i for i in range(n) if i not in unimproved and not residuals[i].is_better]
         if not worse:
@@ -312,12 +343,15 @@ def _identified(
             training[i] = replace(training[i], torque=training[i].columns @ file_values)
         estimate = solved_again(training, file_values, estimate)
         values, residuals = fitted_values()
+    if unimproved:
+        estimate = estimate.bent_by(estimate.values - fitted_estimate.values)
+    estimate = estimate.bent_by(change_by_friction(fitted_estimate, fitted_rows, unknowns))
     parameters = base_of(arm, estimate, values, unknowns)
     if not any(parameter.identifiable for parameter in parameters):
         raise UsageError(
             "the logs do not determine the links",
             where=f"arm {arm.name}",
-            expected="motions that excite them: `gd-analyze plan ROBOT --exciting` plans one",
+            expected="motions that excite them: `gd-analyze plan ROBOT --exciting --duration 20` plans one",
             found="parameters with standard errors as large as their values",
         )
     deviations, opened = estimate.deviations, estimate.open
@@ -329,7 +363,8 @@ def _identified(
         payload = payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
     of_log = sources_of(arm, fitted, carrying, held_out_motions, parameters)
     identified = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
-    doubts = doubts_of(arm, identified, [*fitted, *held_out_motions], physical=physical)
+    rows = [log.rows for log in logs]
+    doubts = doubts_of(arm, identified, [*fitted, *held_out_motions], rows, physical=physical)
     for text in doubts:
         warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(
@@ -353,29 +388,19 @@ def _identified(
 
 
 def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None:
-    """Refuse logs of an arm that stands still or of torques that are constant; warn of joints at rest."""
+    """Refuse logs of an arm that stands still; warn of joints at rest."""
     still = [i + 1 for i, joint_rows in enumerate(rows) if not len(joint_rows.time)]
     if len(still) == arm.n_joints:
         raise UsageError(
             "no joint moves, so nothing can be identified",
             where=f"arm {arm.name}",
             expected="joints that move one way for a while, faster than creeping",
-            next_step="record a motion that excites the arm: `gd-analyze plan ROBOT --exciting` plans one",
-        )
-    flat = []
-    for i, joint_rows in enumerate(rows):
-        torque = joint_rows.torque
-        if len(torque) and np.ptp(torque) <= _SETTINGS.constant_torque_share * np.abs(torque).max():
-            flat.append(i + 1)
-    if flat:
-        raise UsageError(
-            f"the measured torque of {named_joints(flat, arm.n_joints)} is constant while it moves",
-            where=f"arm {arm.name}",
-            expected="measured torques, or currents with --torque-constant",
-            next_step="`gd-analyze columns` shows which column is used as torque",
+            next_step="record a motion that excites the arm: "
+            "`gd-analyze plan ROBOT --exciting --duration 20` plans one",
         )
     if still:
-        message = f"{named_joints(still, arm.n_joints)} does not move: its torque is not informative"
+        joints = named_joints(still, arm.n_joints)
+        message = f"{joints} does not move, or has no usable torque: its torque is not informative"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
@@ -395,7 +420,8 @@ def _require_friction_that_brakes(
             f"friction would drive {named_joints([i + 1 for i in driven], n)} instead of braking",
             where=f"arm {arm.name}",
             expected="torques positive towards growing positions",
-            next_step=f"--torque-sign {signs} reverses their torques; --map names another column",
+            next_step=f"--torque-sign {signs} reverses their torques; "
+            f"--map torque:{driven[0] + 1}=COLUMN names another column",
         )
 
 
@@ -425,7 +451,7 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     missed = ", ".join(percent(shares[i]) for i in poor or worse)
     joints = named_joints([i + 1 for i in poor or worse], n)
     message = f"the identified model misses {missed} of the RMS of held-out torque at {joints}"
-    if 2 * len(nothing) > len(judged) or len(worse) == len(judged):
+    if 2 * len(nothing) > len(judged) or len(judged) in (len(poor), len(worse)):
         better = (
             f"; the {start_of(arm)} with friction misses less at every joint"
             if len(worse) == len(judged)
@@ -434,11 +460,18 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
         raise UsageError(
             f"no model of this arm predicts the logs: {message}{better}",
             where=f"arm {arm.name}",
-            next_step="`gd-analyze diagnose` looks for the cause; a log that is short, or ends differently "
-            "from its beginning, cannot predict",
+            next_step=f"{_search_of_cause(arm)}; a log that is short, or ends differently from its "
+            "beginning, cannot predict",
         )
-    message += ": `gd-analyze diagnose` looks for the cause"
+    message += f": {_search_of_cause(arm)}"
     warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+
+
+def _search_of_cause(arm: RobotArm) -> str:
+    """What tells more of a log that does not fit; a diagnosis compares it with the file's masses."""
+    if arm.mass.any():
+        return "`gd-analyze diagnose ROBOT LOG` looks for the cause"
+    return "`gd-analyze columns ROBOT LOG` shows what is read: check units, signs and order"
 
 
 def _require_different(motions: Sequence[Trajectory]) -> None:

@@ -117,11 +117,16 @@ def identification_rows(
             columns[of_friction + 2] = 1.0
             if loaded:
                 columns[unknowns.of_payload] = per_unit[i, -1]
-            means = np.add.reduceat(columns, starts, axis=1) / counts
-            torque = np.add.reduceat(torque, starts) / counts
+            # Both sides are means over the readings that there are, at least half of a window's.
+            is_read = np.isfinite(torque)
+            number_read = np.add.reduceat(is_read.astype(int), starts)
+            torque = np.where(is_read, torque, 0.0)
+            columns = np.where(is_read, columns, 0.0)
+            means = np.add.reduceat(columns, starts, axis=1) / np.maximum(number_read, 1)
+            torque = np.add.reduceat(torque, starts) / np.maximum(number_read, 1)
             # Where the joint creeps or reverses, its friction has no definite sign.
             moves = np.abs(np.add.reduceat(sign, starts)) == counts
-            parts[i].append(JointRows(means.T, torque, time).at(moves & np.isfinite(torque)))
+            parts[i].append(JointRows(means.T, torque, time).at(moves & (2 * number_read >= counts)))
     return [JointRows.joined(joint_parts) for joint_parts in parts]
 
 

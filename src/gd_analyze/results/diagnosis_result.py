@@ -214,7 +214,11 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
 
 def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
     """Faulty readings; none if there are none."""
-    rows = _rows(tabulated, "fault")
+    yield from table_of_faults(_rows(tabulated, "fault"))
+
+
+def table_of_faults(rows: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
+    """Faulty readings, each with name, joint from 1, what it is, remedy and share; none if there are none."""
     if rows:
         columns = (
             Column("name", "", [row["name"] for row in rows]),
@@ -223,12 +227,8 @@ def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
             Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
             Column("share", "readings", [row["share"] for row in rows], shown="percent"),
         )
-        yield Table(
-            "faults",
-            "Faulty readings",
-            columns,
-            "These readings are not compared, and velocities such as these not used.",
-        )
+        note = "These readings are left out, and velocities such as these not used."
+        yield Table("faults", "Faulty readings", columns, note)
 
 
 def _rows(tabulated: xr.Dataset, dim: str) -> list[dict[str, Any]]:

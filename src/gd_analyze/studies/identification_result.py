@@ -26,6 +26,7 @@ from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
+from gd_analyze.results.diagnosis_result import table_of_faults
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import SearchOptions
@@ -160,6 +161,7 @@ def identification_result(
                 ),
             ),
             _friction_table(identification),
+            *_faults_table(identification),
             _changed_table(identification),
             _parameter_table(identification),
         ),
@@ -223,7 +225,7 @@ def _notices(identification: Identification, answer: Supported | str | None) -> 
         )
     if identification.silent:
         still_joints = named_joints(identification.silent, identification.stated_arm.n_joints)
-        yield f"{still_joints} does not move: its friction is not identifiable."
+        yield f"{still_joints} does not move, or has no usable torque: its friction is not identifiable."
     unidentifiable = ", ".join(
         parameter.symbol for parameter in identification.parameters if not parameter.identifiable
     )
@@ -231,7 +233,7 @@ def _notices(identification: Identification, answer: Supported | str | None) -> 
         yield (
             "Not identifiable from the logs, or smaller than the standard error, and near the values of "
             f"the {identification.start}: {unidentifiable}. "
-            "`gd-analyze plan ROBOT --exciting` plans a motion that tells more."
+            "`gd-analyze plan ROBOT --exciting --duration 20` plans a motion that tells more."
         )
     if not identification.stated_arm.mass.any():
         yield "The file states no masses: links begin as uniform rods of invented density."
@@ -252,8 +254,14 @@ def _notices(identification: Identification, answer: Supported | str | None) -> 
         joints = named_joints(rough, identification.stated_arm.n_joints)
         yield (
             f"Residuals of {joints} are correlated over more "
-            f"than {_SETTINGS.correlated_rows:.0f} rows: not noise, but an effect that the model lacks."
+            f"than {_SETTINGS.correlated_rows:.0f} rows: not noise, but an effect that the model lacks. "
+            "Standard errors allow for it, and biases may be larger."
         )
+
+
+def _faults_table(identification: Identification) -> Iterator[Table]:
+    faults = identification.faults
+    return table_of_faults([vars(fault) | {"joint": fault.joint + 1} for fault in faults])
 
 
 def _payload_table(identification: Identification) -> Iterator[Table]:
@@ -319,7 +327,8 @@ def _friction_table(identification: Identification) -> Table:
         columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
         columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
     note = (
-        "With standard errors; –: not identifiable. Drive inertia is only partly separable from the links'."
+        "With standard errors, by held-out residuals; –: not identifiable. Drive inertia is only partly "
+        "separable from the links'."
     )
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
 
