@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ceiling, compensated
-from gd_analyze import Trajectory
-from gd_analyze.cli.app import app
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file_errors
@@ -28,10 +24,7 @@ from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.errors import UsageError
 from long_cases import long
-from recordings import readings
 from robot_files import two_joints
-
-Arrays = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @pytest.fixture(scope="module")
@@ -43,31 +36,6 @@ def robot(two_link) -> Robot:
 @pytest.fixture(scope="module")
 def good(robot) -> Arrays:
     return robot.as_it_is
-
-
-def log_of(time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Trajectory:
-    return Trajectory.from_log(readings(time, q, torque=torque))
-
-
-def written(
-    folder: Path, time: np.ndarray, q: np.ndarray, torque: np.ndarray, qd: np.ndarray | None = None
-) -> str:
-    path, joints = folder / "log.csv", range(1, q.shape[1] + 1)
-    arrays = {"q": q, "qd": qd, "torque": torque}
-    columns = {name: values for name, values in arrays.items() if values is not None}
-    head = ",".join(["time", *(f"{name}{i}" for name in columns for i in joints)])
-    np.savetxt(path, np.column_stack([time, *columns.values()]), delimiter=",", header=head, comments="")
-    return str(path)
-
-
-def said(*words: str, arm: str = "two_link") -> dict:
-    done = CliRunner().invoke(app, ["diagnose", arm, *words, "--measured", "--json", "--quiet"])
-    assert done.exit_code == 0, done.output
-    return json.loads(done.stdout)
-
-
-def late(time: np.ndarray, torque: np.ndarray, lag: float) -> np.ndarray:
-    return np.column_stack([np.interp(time - lag, time, column) for column in torque.T])
 
 
 def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Arrays:
@@ -82,6 +50,9 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
         "lag": lambda: (time, q, late(time, torque, 0.06)),
         "time": lambda: (1000.0 * time, q, torque),
         "exchanged": lambda: (time, q, torque[:, ::-1]),
+        "degrees": lambda: (time, np.degrees(q), torque),
+        "degrees of one": lambda: (time, np.degrees(q) * [1.0, 0.0] + q * [0.0, 1.0], torque),
+        "counts": lambda: (time, q * 8192 / (2.0 * np.pi), torque),
     }[kind]()
 
 
@@ -93,6 +64,8 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
         long("scale", "--torque-constant"), long("coupled", "--couple"),
         ("zero", "--offset"), ("lag", "--lag"),
         long("exchanged", "--map"), ("time", "--time-unit"),
+        ("degrees", "--degrees"), ("degrees of one", "--torque-constant"),
+        long("counts", "--torque-constant"),
     ],
 )  # fmt: skip
 def test_the_option_mends_the_log(kind, option, good, tmp_path):
@@ -239,11 +212,13 @@ def test_nothing_is_wrong(robot, good, two_link):
 
 
 def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
-    """Whatever explains its torques best, the links would have to be far off."""
+    """It is named as that, and a file that is its own is not."""
     rod, load = two_link.links
     other = replace(two_link, links=(replace(rod, mass=8.0 * rod.mass), replace(load, com=0.2 * load.com)))
     diagnosis = gd.diagnose(other, log_of(*good))
-    assert diagnosis.is_far_off
+    assert diagnosis.cause is not None
+    assert diagnosis.cause.name == "another arm"
+    assert diagnosis.before.changed > DIAGNOSIS_SETTINGS.most_changes
     assert "links" in answer(diagnosis)
     own = gd.diagnose(two_link, log_of(*good))
     assert not own.is_far_off

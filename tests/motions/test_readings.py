@@ -133,6 +133,16 @@ def test_jumps_of_full_turns(two_link):
     assert (made(readings(np.arange(200) / 100, stepped), slides).recording.q == stepped).all()
 
 
+@pytest.mark.parametrize(("degrees", "rate"), [(180.0, 25.0), (60.0, 10.0), (91.0, 125.0)])
+def test_degrees_do_not_wrap(two_link, degrees, rate):
+    """Steps of 6 degrees look like full turns of radians, and 91 rad like 14 turns and a joint's angle."""
+    time = instants(rate, 12.0)
+    q = np.column_stack([degrees * np.sin(time), degrees + 0.3 * np.sin(time)])
+    result = made(readings(time, q), two_link)
+    # The order of sums alone differs.
+    np.testing.assert_allclose(result.recording.q, q, atol=1e-12)
+
+
 @pytest.mark.parametrize("share", [0.3, 1.0, 1.6])
 def test_sines_pass_with_the_stated_share_and_without_delay(share):
     cutoff, rate = 4.0, 200.0

@@ -34,8 +34,8 @@ def diagnose(
 ) -> None:
     r"""Say why logs and an arm's file disagree.
 
-    Signs, scales, columns, zeros, coupled joints, gravity, payloads, late torques and units of time are
-    tried. The answer names the best with the option that mends it.
+    Signs, units, gears, columns, zeros, coupled joints, gravity, payloads and late torques are tried, alone
+    and in pairs. The answer names what explains the log, with the options that mend it.
 
     \b
     Examples:

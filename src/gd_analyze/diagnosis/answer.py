@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.causes import doubtful_positions, is_same, is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
@@ -27,8 +28,6 @@ class _AnswerSettings:
     right_torque_share: float = 0.05
     much_torque_share: float = 0.5  # the same beyond which files seldom are off
     possible_fall: float = 15.0  # fall of the score from which a cause is worth a look then
-    # Ratio of what remains above which a cause is seen by the links that it leaves nearer to the file's.
-    hardly_less_ratio: float = 0.9
     # Share of faulty readings that the answer mentions; fewer are in the table alone.
     mentioned_fault_share: float = 0.002
 
@@ -42,9 +41,8 @@ FOLLOWED = ("position", "velocity", "acceleration", "time")
 
 def answer(diagnosis: Diagnosis) -> str:
     """What is wrong, with the residual before and after and what to do; or that nothing needs explaining."""
-    texts = [_of_cause(diagnosis, diagnosis.causes[0])] if diagnosis.causes else []
-    texts += [f"Nearly as good: {_begun(rival.what)} ({rival.remedy})." for rival in diagnosis.rivals]
-    texts += [f"Beside that, {_begun(cause.what)}. {advice(cause)}" for cause in diagnosis.causes[1:]]
+    texts = [_of_causes(diagnosis)] if diagnosis.causes else []
+    texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
     faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
     is_explained = any(cause.name == TimeUnit.name for cause in diagnosis.causes)
@@ -53,24 +51,26 @@ def answer(diagnosis: Diagnosis) -> str:
     texts += [
         faults_in_words(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group
     ]
+    n, problem = diagnosis.arm.n_joints, diagnosis.problem
+    most = problem.settings.most_residual_share
+    doubtful = doubtful_positions(diagnosis.corrected)
+    if doubtful and is_unexplained(diagnosis.after, problem.settings):
+        joints = named_joints([i + 1 for i in doubtful], n)
+        unit = "say their unit first, such as --degrees"
+        texts.insert(0, f"The positions at {joints} are beyond what such joints reach: {unit}.")
+    poor = [i for i in problem.moving if diagnosis.after.residuals[i] > most]
     if diagnosis.causes:
+        if poor:
+            texts.append(f"Several things may be wrong: {_of_poor(diagnosis, poor)}.")
         return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
     if not diagnosis.problem.moving:
         return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
     if not diagnosis.tells:
         message = "There is too little motion to say anything: friction alone explains the torques as well."
         return " ".join([message, *texts])
-    n = diagnosis.arm.n_joints
-    most = diagnosis.problem.settings.most_residual_share
-    poor = [i for i in diagnosis.problem.moving if diagnosis.before.residuals[i] > most]
     if poor:
-        missed = ", ".join(percent(float(diagnosis.before.residuals[i])) for i in poor)
-        follows = dict(zip(range(n), what_remains_follows(diagnosis.problem), strict=True))
-        words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
-        joints = named_joints([i + 1 for i in poor], n)
-        return " ".join(
-            [*texts, f"No cause found: {missed} of the torque's RMS remains at {joints}; it follows {words}."]
-        )
+        several = f"No cause found, several things may be wrong: {_of_poor(diagnosis, poor)}."
+        return " ".join([*texts, several, _FAR_OFF] if diagnosis.is_far_off else [*texts, several])
     beginning = "Nothing else to explain" if faults else "Nothing to explain"
     remains = f"{percent(diagnosis.before.remains)} of the torque's RMS remains."
     torque_error = diagnosis.before.off
@@ -86,21 +86,42 @@ def answer(diagnosis: Diagnosis) -> str:
     return " ".join(texts)
 
 
-def advice(cause: Candidate) -> str:
-    """What to do about a cause, a sentence."""
-    if cause.remedy.startswith("--"):
-        return f"Use {cause.remedy}."
-    return f"{cause.remedy[0].upper()}{cause.remedy[1:]}."
+def advice(causes: Sequence[Candidate]) -> str:
+    """What to do about causes, a sentence or two."""
+    options = " ".join(cause.remedy for cause in causes if cause.remedy.startswith("--"))
+    edits = [cause.remedy for cause in causes if not cause.remedy.startswith("--")]
+    return " ".join([f"Use {options}."] * bool(options) + [f"{edit[0].upper()}{edit[1:]}." for edit in edits])
 
 
-def _of_cause(diagnosis: Diagnosis, cause: Candidate) -> str:
-    assert cause.fit is not None  # judged
-    before, after = diagnosis.before, cause.fit
-    gain = f"{percent(after.remains)} of the torque's RMS remains instead of {percent(before.remains)}"
-    if after.remains > _SETTINGS.hardly_less_ratio * before.remains and after.changed < before.changed:
-        gain += ", and the links are nearer to the file's"
-    text = f"{cause.what}: {gain}. {advice(cause)}"
-    return f"{text} The log does not tell this from another cause: {cause.unsure}." if cause.unsure else text
+def _of_causes(diagnosis: Diagnosis) -> str:
+    causes = diagnosis.causes
+    what = causes[0].what
+    if len(causes) > 1:
+        what = f"Two things are wrong: {_begun(what)}, and {_begun(causes[1].what)}"
+    remains = f"{_share_of_torque(diagnosis.after.remains)} of the torque's RMS remains"
+    text = f"{what}: {remains} instead of {_share_of_torque(diagnosis.before.remains)}. {advice(causes)}"
+    unsure = [cause.unsure for cause in causes if cause.unsure]
+    text += "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
+    return text
+
+
+def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
+    is_one = is_same(rival, diagnosis.causes[0], diagnosis.problem.settings)
+    degree = "The same in this log" if is_one else "Nearly as good"
+    return f"{degree}: {_begun(rival.what)} ({rival.remedy})."
+
+
+def _of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
+    """What remains at some joints, from 0, and what it follows."""
+    missed = ", ".join(_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor)
+    follows = what_remains_follows(diagnosis.corrected)
+    words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
+    joints = named_joints([i + 1 for i in poor], diagnosis.arm.n_joints)
+    return f"{missed} of the torque's RMS remains at {joints}; it follows {words}"
+
+
+def _share_of_torque(remains: float) -> str:
+    return percent(remains) if remains <= 1.0 else "more than all"
 
 
 def mentioned(faults: Sequence[Fault]) -> list[Fault]:
@@ -138,7 +159,7 @@ def what_remains_follows(problem: Problem) -> list[str]:
 
 def _share(x: FloatArray, values: FloatArray) -> float:
     """Share of the variance of values that the means over bins of x explain, adjusted for their number."""
-    if len(values) < _SETTINGS.bins * _SETTINGS.least_samples_per_bin or not np.ptp(values):
+    if len(values) < _SETTINGS.bins * _SETTINGS.least_samples_per_bin or not (np.ptp(values) and np.ptp(x)):
         return 0.0
     parts = np.array_split(values[np.argsort(x, kind="stable")], _SETTINGS.bins)
     inside = sum(float(np.square(part - part.mean()).sum()) for part in parts)

@@ -26,11 +26,12 @@ class Correction:
     position: FloatArray  # joint variables per variable as logged, (n, n)
     offset: FloatArray  # added to them, rad (m), (n,)
     lag: float = 0.0  # by which torques are late, s
-    pace: float = 1.0  # seconds per second as logged
+    pace: float = 1.0  # seconds per second as logged; infinite where motion shows in no torque
     gravity: FloatArray | None = None  # in place of the arm's, m/s^2, (3,)
     taken_off: FloatArray | None = None  # a body's ten numbers, less than the file's last link, (10,)
     left_out: Array | None = None  # samples of joints not compared, (N, n)
     added: tuple[Added, ...] = field(default=())
+    freedom: float = 1.0  # factor on what a file's links are usually off by
 
     @classmethod
     def none(cls, n: int) -> Correction:

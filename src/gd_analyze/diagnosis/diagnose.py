@@ -10,21 +10,11 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array
+from gd_analyze.diagnosis.causes import claimed, is_unexplained, ranked, rivals_of
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import FileFit
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
-from gd_analyze.diagnosis.of_positions import (
-    Coupling,
-    Direction,
-    JointOrder,
-    TimeUnit,
-    WristCoupling,
-    Zero,
-    ZeroOfSlide,
-)
-from gd_analyze.diagnosis.of_the_arm import ChangeInTime, Gravity, NamedEnd, Payload
-from gd_analyze.diagnosis.of_torques import JointScale, Lag, TorqueColumns, TorqueScale, TorqueSign
+from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS, DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import require_torques
@@ -37,27 +27,6 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import html_of, joint_name
 from gd_analyze.threads import one_thread
-
-# Every kind of cause; a new one is one more entry.
-HYPOTHESES: tuple[Hypothesis, ...] = (
-    TorqueSign(),
-    TorqueScale(),
-    JointScale(),
-    TorqueColumns(),
-    Lag(),
-    Direction(),
-    Zero(),
-    ZeroOfSlide(),
-    JointOrder(),
-    Coupling(),
-    WristCoupling(),
-    TimeUnit(),
-    Gravity(),
-    Payload(),
-    NamedEnd(),
-    ChangeInTime(),
-)
-
 
 # Factor on torques beside which those of links vanish.
 _WEIGHTLESS_FACTOR = 1e4
@@ -72,16 +41,16 @@ class Diagnosis:
     arm, logs
         The arm as its file says, and names of the logs.
     causes
-        Causes found, each beside those before; empty if nothing needs an explanation.
+        The cause found, or two of which each is seen beside the other; empty if nothing needs an explanation.
     rivals
-        Causes nearly as good as the first, with another remedy.
+        Causes that the logs do not tell from the one found, and others nearly as good.
     ranking
-        All that was tried as first cause, the best first.
+        All that was tried as first cause; the one found comes first, if there is one alone.
     faults
         Faults of readings, such as frozen or clipped torques, which are not compared.
     before, after
-        Fit of file and friction alone, and with the causes; residuals by joint are shares of torque, nan at
-        joints that rest or have no torques.
+        Fit of file and friction alone, and with the causes, of links off by no more than a file's usually
+        are; residuals by joint are shares of torque, nan at joints that rest or have no torques.
     problem, corrected
         Samples compared as logged, and corrected.
     tells
@@ -166,9 +135,9 @@ def diagnose(
 
     Examples
     --------
-    >>> from gd_analyze.diagnosis.hypothesis import Hypothesis
-    >>> all(isinstance(one, Hypothesis) for one in HYPOTHESES)
-    True
+    >>> from gd_analyze.diagnosis.causes import HYPOTHESES
+    >>> HYPOTHESES[0].name
+    'unit of positions'
     """
     arm = arm_with_masses(arm)
     return diagnosed(arm, motions_of(logs, arm), thorough=thorough, settings=settings)
@@ -201,34 +170,14 @@ def diagnosed(
         names = tuple(motion.name for motion in motions)
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     tells = _tells(problem)
-    ranking = _ranked(problem) if thorough or not tells or is_unexplained(problem.null, settings) else []
-    causes: list[Candidate] = []
-    rivals: list[Candidate] = []
-    corrected, ranked = problem, ranking
-    while ranked and is_clear(ranked[0], settings) and len(causes) < settings.most_causes:
-        best = ranked[0]
-        causes.append(best)
-        if len(causes) == 1:
-            rivals = [
-                candidate
-                for candidate in ranked[1:]
-                if candidate.fall > best.fall - settings.alike_fall
-                and is_clear(candidate, settings)
-                and candidate.name != best.name
-            ]
-        corrected = Problem(problem.samples, best.correction, settings)
-        if not is_unexplained(corrected.null, settings):
-            break
-        ranked = [
-            candidate
-            for candidate in _ranked(corrected)
-            if candidate.name not in {cause.name for cause in causes}
-        ]
+    ranking = ranked(problem) if thorough or not tells or is_unexplained(problem.null, settings) else []
+    causes = claimed(problem, ranking)
+    corrected = Problem(problem.samples, causes[-1].correction, settings) if causes else problem
     return Diagnosis(
         arm=arm,
         logs=tuple(motion.name for motion in motions),
         causes=tuple(causes),
-        rivals=tuple(rivals[:2]),
+        rivals=rivals_of(causes[0], ranking, problem) if len(causes) == 1 else (),
         ranking=tuple(ranking),
         faults=tuple(faults),
         before=problem.null,
@@ -239,38 +188,14 @@ def diagnosed(
     )
 
 
-def is_clear(cause: Candidate, settings: DiagnosisSettings) -> bool:
-    """Whether the score falls by enough to claim a cause."""
-    assert cause.fit is not None  # judged
-    return cause.fall > settings.clear_fall + settings.clear_fall_share * cause.fit.unexplained
-
-
-def is_unexplained(fit: FileFit, settings: DiagnosisSettings) -> bool:
-    """Whether more is to be explained than a file is usually off by."""
-    largest_residual = float(np.nanmax(fit.residuals, initial=0.0))
-    return fit.changed > settings.most_changes or largest_residual > settings.most_residual_share
-
-
-def _ranked(problem: Problem) -> list[Candidate]:
-    """Causes, the best first; of those about as good as the best, one of fewer numbers comes first."""
-    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
-    candidates.sort(key=lambda candidate: -candidate.fall)
-    if candidates:
-        alike = [
-            candidate
-            for candidate in candidates
-            if candidate.fall > candidates[0].fall - problem.settings.known_advantage
-        ]
-        simplest = min(alike, key=lambda candidate: candidate.numbers)
-        candidates.remove(simplest)
-        candidates.insert(0, simplest)
-    return candidates
-
-
 def _tells(problem: Problem) -> bool:
-    """Whether it would be noticed if the arm weighed next to nothing, so that friction alone remained."""
+    """Whether an arm that weighs next to nothing, so that friction alone remains, would explain clearly less.
+
+    Torques that neither explains tell that something is wrong.
+    """
     light = problem.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(problem.n))
-    return problem.score(light) > problem.settings.clear_fall
+    settings = problem.settings
+    return problem.score(light) > settings.clear_fall or problem.fit(light).remains > settings.most_remainder
 
 
 def _settled(motion: Trajectory) -> Array:

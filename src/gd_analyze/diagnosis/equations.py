@@ -139,7 +139,7 @@ def corrected_columns(
 ) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
-    q, qd, qdd, direction = correction.states(samples)
+    q, qd, qdd, _ = correction.states(samples)
     per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
     act = errors_that_act(arm, settings)
     # The file's torque is one more column.
@@ -150,7 +150,10 @@ def corrected_columns(
     torques = np.swapaxes(per_unit.reshape(n, -1, len(q)), 1, 2) @ numbers
     links, file = torques[:, :, :-1], torques[:, :, -1]
     added = [unknowns.columns * unknowns.sizes for unknowns in correction.added]
-    joint_columns = np.stack([qdd.T, direction.T, qd.T, np.ones((n, len(q)))], axis=2)
+    # Drives and friction are those of the motion, though it shows in no other torque.
+    driven = correction if np.isfinite(correction.pace) else replace(correction, pace=1.0)
+    _, speed, acceleration, direction = driven.states(samples)
+    joint_columns = np.stack([acceleration.T, direction.T, speed.T, np.ones((n, len(q)))], axis=2)
     torque = np.broadcast_to(samples.torque, (n, *samples.torque.shape))
     columns = np.concatenate([links, *added, joint_columns, file[:, :, None], torque], axis=2)
     shared = links.shape[2] + sum(block.shape[2] for block in added)

@@ -25,6 +25,7 @@ class _FitSettings:
     settled_change: float = 0.05  # relative change of squared residuals below which the rounds end
     first_noise_share: float = 0.01  # squared residual, as a share of the torque's, to begin with
     singular_round_off: float = 1e-12  # added to equations scaled to 1 that rounding makes singular
+    halvings_of_price: int = 40  # halvings of the logarithm of the price of changes
 
 
 _SETTINGS = _FitSettings()
@@ -36,17 +37,20 @@ class FileFit:
 
     score: float  # J without the cost of numbers
     unexplained: float  # J above that of residuals of 0
-    residuals: FloatArray  # r by joint, (n,)
     changed: float  # squared changes of the links and of what was added, in standard deviations
     off: float  # torque of the links' changes over the file's torque, as RMS
-    shared: FloatArray  # numbers of links and of what was added, in standard deviations
+    free: FloatArray  # numbers of links and of what was added, in standard deviations
+    # With links changed by no more than a file's usually are off:
+    residuals: FloatArray  # r by joint, (n,)
+    shared: FloatArray  # the same numbers
     joint_numbers: FloatArray  # drive inertia, friction and offset, (n, 4)
 
     @classmethod
     def of_nothing(cls, n: int) -> FileFit:
         """What is known of n joints that are not compared."""
         joint_numbers = np.full((n, NUMBERS_OF_JOINT), np.nan)
-        return cls(0.0, 0.0, np.full(n, np.nan), 0.0, np.nan, np.zeros(0), joint_numbers)
+        nothing = np.zeros(0)
+        return cls(0.0, 0.0, 0.0, np.nan, nothing, np.full(n, np.nan), nothing, joint_numbers)
 
     @property
     def remains(self) -> float:
@@ -55,69 +59,113 @@ class FileFit:
         return float(np.sqrt(np.mean(residuals**2))) if len(residuals) else np.nan
 
 
-def fitted(equations: TorqueSums, torque: FloatArray, settings: DiagnosisSettings) -> FileFit:
-    """Fit to torques that a matrix makes of those logged, (n, n)."""
-    n, shared = equations.n_joints, equations.shared
-    end = shared + NUMBERS_OF_JOINT
+def fitted(
+    equations: TorqueSums, torque: FloatArray, settings: DiagnosisSettings, freedom: float = 1.0
+) -> FileFit:
+    """Fit to torques that a matrix makes of those logged, (n, n); links may be `freedom` times as far off."""
+    n, end = equations.n_joints, equations.shared + NUMBERS_OF_JOINT
     used = equations.counts.min(axis=0) >= settings.fewest_samples
-    # The target is corrected torques less the file's.
-    targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
-    target, square = _right_hand_side(equations.fitted, targets, end)
     torque_squares = np.einsum("id,ide,ie->i", torque, equations.total[:, end + 1 :, end + 1 :], torque)
     counts = equations.counts.sum(axis=0)
     size = torque_squares / np.maximum(counts, 1.0)
     least = settings.least_residual_share**2 * size + np.finfo(float).tiny
     weight = np.minimum(settings.most_weight, counts / settings.samples_per_weight) * used
-    free = [(True,) * NUMBERS_OF_JOINT] * n
-    noise = np.maximum(_SETTINGS.first_noise_share * size, least)
-    changes: FloatArray = np.zeros(shared)
-    joint_numbers: FloatArray = np.zeros((n, NUMBERS_OF_JOINT))
-    joints = np.flatnonzero(used).tolist()
-    for _ in range(_SETTINGS.most_rounds):
-        before = noise
-        normal, right = np.eye(shared), np.zeros(shared)
-        for i in joints:
-            eliminated = equations.without_own(i, free[i])
-            factor = weight[i] / (noise[i] * equations.counts[0, i])
-            normal += factor * eliminated.normal
-            right += factor * (target[i, :shared] - eliminated.follows.T @ target[i, shared:end])
-        # Under a wrong hypothesis columns may be many times as large as the file's error.
-        root = np.sqrt(np.diag(normal))
-        scaled = normal / np.outer(root, root) + _SETTINGS.singular_round_off * np.eye(shared)
-        changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
-        for i in joints:
-            eliminated = equations.without_own(i, free[i])
-            joint_numbers[i] = eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
-            if (joint_numbers[i, :-1] < 0.0).any():
-                is_free = (joint_numbers[i, :-1] >= 0.0) & free[i][:-1]
-                free[i] = (*is_free.tolist(), True)
-                eliminated = equations.without_own(i, free[i])
-                joint_numbers[i] = eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
-        squares = _squares(equations.fitted, square, target, changes, joint_numbers)
-        mean = squares / np.maximum(equations.counts[0], 1.0)
-        noise = mean + least
-        if (np.abs(noise - before) < _SETTINGS.settled_change * before)[used].all():
-            break
-    target, square = _right_hand_side(equations.scored, targets, end)
-    squares = _squares(equations.scored, square, target, changes, joint_numbers)
-    mean = squares / np.maximum(equations.counts[1], 1.0)
+    # The target is corrected torques less the file's.
+    targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
+    fit = _Fit(equations, targets, size, least, weight)
+    changes, joint_numbers, mean, normal = fit.solved(freedom**-2, np.inf)
+    changed = float(changes @ changes) / freedom**2
     # Torques are measured in units of those logged, so that no unit matters.
     logged = np.einsum("ijj->ij", equations.total[:, end + 1 :, end + 1 :])[np.arange(n), np.arange(n)]
     unit = np.where(used, logged / np.maximum(counts, 1.0), 1.0) + np.finfo(float).tiny
     score = float((weight * np.log((mean + least) / unit))[used].sum())
-    score -= _density(torque, weight, used) - float(changes @ changes)
+    score -= _density(torque, weight, used) - changed
+    if freedom != 1.0:
+        # Of errors that the log determines, a wider range makes the true ones less likely.
+        determined = np.maximum(np.linalg.eigvalsh(normal), 0.0) * freedom**2
+        score += 2.0 * np.log(freedom) * float((determined / (1.0 + determined)).sum())
+    unexplained = float((weight * np.log1p(mean / least))[used].sum())
+    off, free = _off(equations, changes, used), changes
+    if changed > settings.most_changes:
+        changes, joint_numbers, mean, _ = fit.solved(freedom**-2, settings.most_changes * freedom**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
-    unexplained = float((weight * np.log1p(mean / least))[used].sum())
-    return FileFit(
-        score=score,
-        unexplained=unexplained,
-        residuals=residuals,
-        changed=float(changes @ changes),
-        off=_off(equations, changes, used),
-        shared=changes,
-        joint_numbers=joint_numbers,
-    )
+    return FileFit(score, unexplained, changed, off, free, residuals, changes, joint_numbers)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """A fit of links, drives and friction, whatever changes of the links cost."""
+
+    equations: TorqueSums
+    targets: FloatArray  # by column of torque, (n, 1 + n)
+    size: FloatArray  # squared torque by joint, (n,)
+    least: FloatArray  # squared residual that is worth no more, (n,)
+    weight: FloatArray  # of a joint's logarithm of residuals, (n,)
+
+    def solved(
+        self, price: float, most_changes: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Changes of the links at a price, and what follows.
+
+        These are the numbers of joints, (n, 4), mean squares of samples not fitted, (n,), and the changes'
+        equations.
+        """
+        equations, weight, least = self.equations, self.weight, self.least
+        n, shared = equations.n_joints, equations.shared
+        end, used = shared + NUMBERS_OF_JOINT, weight > 0.0
+        target, square = _right_hand_side(equations.fitted, self.targets, end)
+        free = [(True,) * NUMBERS_OF_JOINT] * n
+        noise = np.maximum(_SETTINGS.first_noise_share * self.size, least)
+        changes: FloatArray = np.zeros(shared)
+        joint_numbers: FloatArray = np.zeros((n, NUMBERS_OF_JOINT))
+        joints = np.flatnonzero(used).tolist()
+        for _ in range(_SETTINGS.most_rounds):
+            before = noise
+            normal, right = np.zeros((shared, shared)), np.zeros(shared)
+            for i in joints:
+                eliminated = equations.without_own(i, free[i])
+                factor = weight[i] / (noise[i] * equations.counts[0, i])
+                normal += factor * eliminated.normal
+                right += factor * (target[i, :shared] - eliminated.follows.T @ target[i, shared:end])
+            changes = _changes(normal, right, price, most_changes)
+            for i in joints:
+                eliminated = equations.without_own(i, free[i])
+                joint_numbers[i] = eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
+                if (joint_numbers[i, :-1] < 0.0).any():
+                    is_free = (joint_numbers[i, :-1] >= 0.0) & free[i][:-1]
+                    free[i] = (*is_free.tolist(), True)
+                    eliminated = equations.without_own(i, free[i])
+                    joint_numbers[i] = (
+                        eliminated.inverse @ target[i, shared:end] - eliminated.follows @ changes
+                    )
+            squares = _squares(equations.fitted, square, target, changes, joint_numbers)
+            noise = squares / np.maximum(equations.counts[0], 1.0) + least
+            if (np.abs(noise - before) < _SETTINGS.settled_change * before)[used].all():
+                break
+        target, square = _right_hand_side(equations.scored, self.targets, end)
+        squares = _squares(equations.scored, square, target, changes, joint_numbers)
+        return changes, joint_numbers, squares / np.maximum(equations.counts[1], 1.0), normal
+
+
+def _changes(normal: FloatArray, right: FloatArray, price: float, most: float) -> FloatArray:
+    """Changes of the links that fit best at a price, or at the higher one that keeps them to `most`."""
+    # Under a wrong hypothesis columns may be many times as large as the file's error.
+    priced = normal + price * np.eye(len(right))
+    root = np.sqrt(np.diag(priced))
+    scaled = priced / np.outer(root, root) + _SETTINGS.singular_round_off * np.eye(len(root))
+    changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
+    if changes @ changes <= most:
+        return changes
+    sizes, ways = np.linalg.eigh(normal)
+    along, sizes = ways.T @ right, np.maximum(sizes, 0.0)
+    # Below the lower price they are too large; at the upper one they are not, as |along| / price is less.
+    low, high = np.log(price), np.log(np.linalg.norm(along) / np.sqrt(most) + price)
+    for _ in range(_SETTINGS.halvings_of_price):
+        middle = 0.5 * (low + high)
+        is_small = float(np.square(along / (sizes + np.exp(middle))).sum()) <= most
+        low, high = (low, middle) if is_small else (middle, high)
+    return np.asarray(ways @ (along / (sizes + np.exp(high))), dtype=float)
 
 
 def _right_hand_side(sums: FloatArray, targets: FloatArray, end: int) -> tuple[FloatArray, FloatArray]:

@@ -75,7 +75,7 @@ class Problem:
             while len(self.equations) > _MOST_EQUATIONS_IN_MEMORY:
                 self.equations.popitem(last=False)
         self.equations.move_to_end(key)
-        return fitted(self.equations[key], correction.torque, self.settings)
+        return fitted(self.equations[key], correction.torque, self.settings, correction.freedom)
 
     def torques(self) -> tuple[FloatArray, FloatArray]:
         """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
@@ -133,6 +133,15 @@ class Problem:
         minimum = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
         return float(minimum.x)
 
+    def refined(self, correction: Callable[[float], Correction], at: float, step: float) -> float:
+        """Vertex of parabolas through three scores of all samples, the second of a fifth of the step."""
+        for width in (step, step / 5.0):
+            low, middle, high = (self.score(correction(at + k * width)) for k in (-1.0, 0.0, 1.0))
+            bend = low - 2.0 * middle + high
+            if bend > 0.0:
+                at += float(np.clip(0.5 * (low - high) / bend, -2.0, 2.0)) * width
+        return at
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
@@ -145,7 +154,9 @@ class Candidate:
     numbers: int = 0  # fitted
     alternatives: int = 1  # of the kind
     rare: float = 0.0  # cost of a cause that is seldom one
+    evident: bool = False  # whether positions and velocities say so, without torques
     unsure: str = ""  # what cannot be told apart from it: "all masses are wrong by that factor"
+    score: float = 0.0  # J beside that of the null hypothesis
     fall: float = 0.0  # of the score, costs included
     fit: FileFit | None = None
 
@@ -160,14 +171,15 @@ class Hypothesis(ABC):
         """The best causes of this kind; their fit and fall are added by `judged`."""
 
     def judged(self, problem: Problem) -> list[Candidate]:
-        """Candidates with fit and fall of the score, the best first."""
+        """Candidates with fit and fall of the score."""
         settings, out = problem.settings, []
         for candidate in self.candidates(problem):
             cost = settings.cost_per_number * candidate.numbers
             cost += settings.cost_per_alternative * np.log(candidate.alternatives) + candidate.rare
-            fall = -(problem.score(candidate.correction) + cost)
-            out.append(replace(candidate, fit=problem.fit(candidate.correction), fall=float(fall)))
-        return sorted(out, key=lambda candidate: -candidate.fall)
+            score = problem.score(candidate.correction)
+            fit = problem.fit(candidate.correction)
+            out.append(replace(candidate, fit=fit, score=score, fall=float(-score - cost)))
+        return out
 
 
 def signs(n: int, joints: Iterable[int]) -> FloatArray:

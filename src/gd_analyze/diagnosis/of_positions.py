@@ -8,9 +8,10 @@ from itertools import combinations, permutations
 
 import numpy as np
 
+from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
-from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints
+from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, scaled_positions
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
@@ -20,6 +21,64 @@ from gd_analyze.units import TIME_UNITS
 # Cosine between parallel axes.
 _PARALLEL_COSINE = 0.999
 _SAID_BY_VELOCITIES = ", as the velocity columns say"
+
+
+# Radians per unit of an angle, and what these are called: counts are those of encoders in a turn.
+_DEGREE = np.pi / 180.0
+_COUNTS = (*(2**k for k in range(10, 25)), 1000, 2000, 3600, 4000, 5000, 8000, 10000, 20000, 40000)
+ANGLES = {
+    _DEGREE: "degrees",
+    1e-2 * _DEGREE: "hundredths of a degree",
+    1e-3 * _DEGREE: "thousandths of a degree",
+    1e-3: "milliradians",
+    2.0 * np.pi: "turns",
+    **{2.0 * np.pi / count: f"counts, {count} in a turn" for count in _COUNTS},
+}
+
+
+class PositionUnit(Hypothesis):
+    """Positions are in degrees, millimetres or counts of an encoder: all, or those of one joint."""
+
+    name = "unit of positions"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best unit of all joints that turn, and the best joint in a unit of its own."""
+        turns = np.array(problem.arm.is_revolute)
+        if turns[problem.moving].any():
+            yield from self._best(problem, [(turns, size, unit) for size, unit in ANGLES.items()])
+        single = []
+        for i in problem.moving if problem.n > 1 else []:
+            chosen = np.arange(problem.n) == i
+            sizes = {_DEGREE: "degrees"} if turns[i] else {1e-3: "millimetres"}
+            single += [(chosen, size, unit) for size, unit in sizes.items()]
+        yield from self._best(problem, single)
+        if self._are_read_as_degrees(problem):
+            factors = np.where(turns, 1.0 / _DEGREE, 1.0)
+            correction = problem.correction.with_position(np.diag(factors))
+            yield Candidate(
+                self.name,
+                "Positions are in radians, and were read as degrees",
+                "leave out --degrees, or name the columns q1_rad and so on",
+                correction,
+            )
+
+    def _best(self, problem: Problem, units: list[tuple[Array, float, str]]) -> Iterator[Candidate]:
+        factors = [np.where(chosen, size, 1.0) for chosen, size, _ in units]
+        corrections = [problem.correction.with_position(np.diag(x)) for x in factors]
+        for k in problem.best(corrections) if corrections else []:
+            chosen, _, unit = units[k]
+            joints = np.flatnonzero(chosen).tolist()
+            subject = "Positions" if len(joints) > 1 else f"Positions of joint {joints[0] + 1}"
+            is_option = unit == "degrees" and chosen.tolist() == list(problem.arm.is_revolute)
+            remedy = "--degrees" if is_option else scaled_positions(factors[k], np.ones(problem.n))
+            alternatives = len(units)
+            sentence = f"{subject} are in {unit}"
+            yield Candidate(self.name, sentence, remedy, corrections[k], alternatives=alternatives)
+
+    def _are_read_as_degrees(self, problem: Problem) -> bool:
+        recordings = (log.recording for log in problem.samples.logs)
+        uses = [use for recording in recordings if recording for use in recording.columns if use.role == "q"]
+        return any(use.unit == "deg" for use in uses)
 
 
 class Direction(Hypothesis):
@@ -57,14 +116,15 @@ class Zero(Hypothesis):
     """The zero of a joint is not the file's."""
 
     name = "zero of a joint"
-    # Coarser steps miss the valley of a joint that carries much.
+    # Coarser steps miss the valley of a joint that carries much; small angles are between the first steps.
     _STEP_OF_TURN = np.pi / 5.0
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
         correction, settings = problem.correction, problem.settings
         joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
-        angles = self._STEP_OF_TURN * np.arange(1, round(2.0 * np.pi / self._STEP_OF_TURN))
+        steps = np.arange(1.0, round(2.0 * np.pi / self._STEP_OF_TURN))
+        angles = self._STEP_OF_TURN * np.concatenate([[-0.5, 0.5], steps])
         scores: dict[int, tuple[float, float]] = {}
         for i in joints:
             tried_scores = problem.roughly(correction.with_offset(i, float(a)) for a in angles)
@@ -78,13 +138,14 @@ class Zero(Hypothesis):
                 return correction.with_offset(joint, angle)
 
             rough_angle = problem.along(turned, near - self._STEP_OF_TURN, near + self._STEP_OF_TURN, 9)
-            angle = self._refined(problem, i, rough_angle)
+            angle = problem.refined(turned, rough_angle, np.radians(1.5))
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
             right_angled = correction.with_offset(i, float(right))
             is_known = right % (2.0 * np.pi) > 0.1 and problem.score(right_angled) < (
                 problem.score(correction.with_offset(i, angle)) + settings.known_advantage
             )
             angle = float(right) if is_known else angle
+            angle -= 2.0 * np.pi * np.ceil(angle / (2.0 * np.pi) - 0.5)  # at most half a turn
             text = degrees(angle)
             yield Candidate(
                 self.name,
@@ -95,15 +156,6 @@ class Zero(Hypothesis):
                 alternatives=(3 if is_known else 1) * problem.n,
                 unsure="the last link's masses are turned as far" if i == problem.n - 1 else "",
             )
-
-    def _refined(self, problem: Problem, joint: int, angle: float) -> float:
-        """Vertex of a parabola through three scores."""
-        step, correction = np.radians(1.5), problem.correction
-        low, middle, high = (
-            problem.score(correction.with_offset(joint, angle + k * step)) for k in (-1.0, 0.0, 1.0)
-        )
-        bend = low - 2.0 * middle + high
-        return angle + float(np.clip(0.5 * (low - high) / bend, -2.0, 2.0)) * step if bend > 0.0 else angle
 
 
 class ZeroOfSlide(Hypothesis):
@@ -232,6 +284,8 @@ class TimeUnit(Hypothesis):
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one."""
         correction, settings = problem.correction, problem.settings
+        if not np.isfinite(correction.pace):
+            return
         factor = self._of_velocities(problem)
         if factor is not None and 0.8 < factor * correction.pace < 1.25:
             return  # velocities are as logged times and positions say
@@ -256,7 +310,11 @@ class TimeUnit(Hypothesis):
             problem.score(replace(correction, pace=correction.pace * free)) + settings.known_advantage
         )
         pace = pace if is_known else free
-        if 0.8 < pace < 1.25:
+        # At rest there is no unit of time: the motion must show at the pace that is claimed.
+        resting, moving = (
+            problem.score(replace(correction, pace=x * correction.pace)) for x in (np.inf, pace)
+        )
+        if 0.8 < pace < 1.25 or moving > resting - settings.known_advantage:
             return
         yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN_PACES) if is_known else 1)
 
@@ -271,6 +329,7 @@ class TimeUnit(Hypothesis):
             replace(correction, pace=correction.pace * pace),
             numbers=numbers,
             alternatives=alternatives,
+            evident=bool(reason),
         )
 
     def _of_velocities(self, problem: Problem) -> float | None:

@@ -103,9 +103,17 @@ class Gravity(Hypothesis):
         return f"The arm is mounted on a wall: gravity is along {vector(axis)} of its base"
 
     def _leaning(self, problem: Problem, begins: list[FloatArray], size: float) -> tuple[FloatArray, float]:
-        """Direction of gravity by steps from some beginnings, judged by few samples."""
+        """Direction of gravity by steps from some beginnings, judged by few samples, then by all."""
         ends = [_descended(problem, begin, size) for begin in begins]
         gravity = min(ends, key=lambda end: end[1])[0]
+        for side in np.linalg.svd(gravity[None])[2][1:]:
+
+            def turned(angle: float, down: FloatArray = gravity, side: FloatArray = side) -> Correction:
+                leaning = np.cos(angle) * down + np.sin(angle) * size * side
+                return replace(problem.correction, gravity=np.asarray(leaning))
+
+            angle = problem.refined(turned, 0.0, np.radians(1.5))
+            gravity = np.cos(angle) * gravity + np.sin(angle) * size * side
         return gravity, problem.score(replace(problem.correction, gravity=gravity))
 
 
@@ -132,6 +140,43 @@ def _descended(problem: Problem, begin: FloatArray, size: float) -> tuple[FloatA
     return gravity_along(x), current
 
 
+class GravityAlone(Hypothesis):
+    """Torques hold the arm and do not move it: a hand does, or they are a controller's gravity term."""
+
+    name = "gravity alone"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """Torques as at rest in every position."""
+        yield Candidate(
+            self.name,
+            "Torques hold gravity alone, as where a hand moves the arm: they do not follow its motion",
+            "record a motion that the drives make, with the torques that they need for it",
+            replace(problem.correction, pace=np.inf),
+        )
+
+
+class AnotherArm(Hypothesis):
+    """The file is of another size or variant: its links are off by far more than a file's usually are."""
+
+    name = "another arm"
+    _FREEDOM = 4.0  # factor on the usual errors of a file
+    _NUMBERS = 10  # those of a link: a cause of fewer that is about as good is told instead
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """Links as free as this."""
+        if problem.correction.freedom != 1.0:
+            return
+        yield Candidate(
+            self.name,
+            "The file is of another size or variant of the robot: its links are far off",
+            "take the file of this robot",
+            replace(problem.correction, freedom=self._FREEDOM),
+            numbers=self._NUMBERS,
+            rare=-self._NUMBERS * problem.settings.cost_per_number,  # the score has the cost of what is free
+            unsure="the links alone are that far off",
+        )
+
+
 def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
     """Torque per unit of a body's ten numbers in the last link's frame, where `when` is 1."""
     arm = problem.arm
@@ -148,7 +193,7 @@ def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
 
 
 def _of_added(fit: FileFit, added: Added) -> FloatArray:
-    return np.asarray(fit.shared[-len(added.sizes) :] * added.sizes)
+    return np.asarray(fit.free[-len(added.sizes) :] * added.sizes)
 
 
 def _errors_of_added(problem: Problem, added: Added, values: FloatArray) -> FloatArray:

@@ -9,9 +9,10 @@ from itertools import combinations, combinations_with_replacement
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
-from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, seconds
+from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, scaled_positions, seconds
 from gd_analyze.text import number, to_digits_of, with_error
 
 # Factors that units and gears make of torques, and what they are.
@@ -29,6 +30,11 @@ FACTORS = {
 }
 # Step of a factor's logarithm over which a score's curvature is taken, and its largest standard error told.
 _CURVED_OVER, _LARGEST_ERROR = 0.1, 1.0
+# Currents and torques before the gears are, all together, less near to those of the joints than this: nearer
+# factors are another arm's.
+_CURRENTS_FACTOR = 4.0
+# Factor between a unit and the number that fits best within which it may be that unit.
+_NEAR_FACTOR = 1.5
 # Least deviation from 1 of a factor that is more than constants are known to.
 _NOTICED_FACTOR = 1.25
 
@@ -78,37 +84,59 @@ class TorqueScale(Hypothesis):
     name = "torque scale"
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
-        """The best known factor, or a free one where it is clearly better."""
+        """The best known factor, or a free one where it is clearly better; or the unit that explains most."""
         n, correction = problem.n, problem.correction
 
+        def scaled(factor: float) -> Correction:
+            return correction.with_torque(factor * np.eye(n))
+
         def score(logarithm: float) -> float:
-            return problem.score(correction.with_torque(np.exp(logarithm) * np.eye(n)))
+            return problem.score(scaled(float(np.exp(logarithm))))
 
         scores = {factor: score(np.log(factor)) for factor in FACTORS}
-        unit = min(scores, key=lambda factor: scores[factor])
-        free = float(np.exp(_least(score, np.log(_ratio_of(problem)))))
+        best = min(scores, key=lambda factor: scores[factor])
+        ends = [_least(score, np.log(begin)) for begin in (_ratio_of(problem), best)]
+        free = float(np.exp(min(ends, key=score)))
+        # Masses that a file is off by move the factor by no more than this.
+        near = [factor for factor in FACTORS if 1.0 / _NEAR_FACTOR < factor / free < _NEAR_FACTOR]
+        unit = min(near, key=lambda factor: scores[factor], default=free)
         cost = problem.settings.cost_per_number
-        is_known = scores[unit] < score(np.log(free)) + problem.settings.known_advantage - cost
-        factor, constant = unit if is_known else free, comma_separated([unit])
-        if is_known:
-            sentence = (
-                f"All torques are in another unit ({FACTORS[unit]}): multiplied by {number(factor)} they fit"
-            )
-        else:
-            if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
-                return
-            size = "small" if factor > 1 else "large"
+        is_known = bool(near) and scores[unit] < score(np.log(free)) + problem.settings.known_advantage - cost
+        units = [unit] if is_known else []
+        # Under another fault the best of scores may be absurd.
+        remains = {factor: problem.fit(scaled(factor)).remains for factor in (*FACTORS, free)}
+        explains = min(FACTORS, key=lambda factor: remains[factor])
+        if remains[explains] < problem.settings.clear_remainder_ratio * remains[unit if is_known else free]:
+            units.append(explains)
+        for factor in units:
+            name = FACTORS[factor]
+            sentence = f"All torques are in another unit ({name}): multiplied by {number(factor)} they fit"
+            yield self._candidate(sentence, factor, scaled(factor), alternatives=len(FACTORS))
+        if not is_known and not 1.0 / _NOTICED_FACTOR < free < _NOTICED_FACTOR:
+            size = "small" if free > 1 else "large"
             error = free * _errors(lambda x: score(float(x[0])), np.log([free]))[0]
             sentence = f"All torques are too {size}: multiplied by {with_error(free, error)} they fit"
-            constant = to_digits_of(free, error)
-        yield Candidate(
+            constant, more = to_digits_of(free, error), ", as where it is of another size"
+            yield self._candidate(sentence, free, scaled(free), constant=constant, numbers=1, more=more)
+
+    def _candidate(
+        self,
+        sentence: str,
+        factor: float,
+        correction: Correction,
+        constant: str = "",
+        numbers: int = 0,
+        alternatives: int = 1,
+        more: str = "",
+    ) -> Candidate:
+        return Candidate(
             self.name,
             sentence,
-            f"--torque-constant {','.join([constant] * n)}",
-            correction.with_torque(factor * np.eye(n)),
-            numbers=0 if is_known else 1,
-            alternatives=len(FACTORS) if is_known else 1,
-            unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's",
+            f"--torque-constant {','.join([constant or comma_separated([factor])] * len(correction.torque))}",
+            correction,
+            numbers=numbers,
+            alternatives=alternatives,
+            unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's{more}",
         )
 
 
@@ -188,6 +216,8 @@ class JointScale(Hypothesis):
         if np.ptp(logarithms[moving]) <= np.log(_NOTICED_FACTOR) or len(moving) < 2:
             return
         factors = np.exp(logarithms)
+        if 1.0 / _CURRENTS_FACTOR < np.median(factors[moving]) < _CURRENTS_FACTOR:
+            return
         errors = np.zeros(problem.n)
 
         def score_of_moving(changed: FloatArray) -> float:
@@ -263,6 +293,29 @@ def _least(score: Callable[[float], float], begin: float, width: float = 1.2) ->
     return float(minimum.x)
 
 
+class MotorSide(Hypothesis):
+    """Torques, positions or both are the motors': the file's own gear ratios make them those of joints."""
+
+    name = "motor side"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """All three; none if the file states no gears."""
+        correction = problem.correction
+        ratios = np.array([drive.gear_ratio for drive in problem.arm.drives])
+        if not (ratios != 1.0).any():
+            return
+        alone = np.ones(problem.n)
+        for subject, position, torque in (
+            ("Torques are", alone, ratios),
+            ("Positions are", 1.0 / ratios, alone),
+            ("Positions and torques are", 1.0 / ratios, ratios),
+        ):
+            corrected = correction.with_position(np.diag(position)).with_torque(np.diag(torque))
+            remedy = scaled_positions(position, torque)
+            sentence = f"{subject} the motors': the file's own gear ratios fit"
+            yield Candidate(self.name, sentence, remedy, corrected, alternatives=3)
+
+
 class TorqueColumns(Hypothesis):
     """Torque columns are in another order than the positions'."""
 
@@ -305,9 +358,8 @@ class Lag(Hypothesis):
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best lag, unless it is below half a sample."""
         correction, step = problem.correction, problem.samples.step
-        if correction.lag:
+        if correction.lag or not np.isfinite(correction.pace):
             return
-
         sizes = np.array([max(0.015, step), max(0.05, 3.0 * step), max(0.15, 8.0 * step)])
         lags = np.concatenate([-sizes[::-1], [0.0], sizes])
         scores = problem.roughly(replace(correction, lag=float(lag)) for lag in lags)
@@ -320,8 +372,8 @@ class Lag(Hypothesis):
             return
         yield Candidate(
             self.name,
-            f"Torques are {seconds(abs(lag))} {'late' if lag > 0 else 'early'}",
-            f"--lag {seconds(lag).replace(' ', '')}",
+            f"Torques are {seconds(abs(lag) * correction.pace)} {'late' if lag > 0 else 'early'}",
+            f"--lag {seconds(lag * correction.pace).replace(' ', '')}",
             replace(correction, lag=lag),
             numbers=1,
         )

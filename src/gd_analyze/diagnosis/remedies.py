@@ -42,6 +42,21 @@ def couple(joint: int, neighbour: int, factor: float) -> str:
     return f"--couple q{joint + 1}=q{joint + 1}{sign}{size}q{neighbour + 1}"
 
 
+def scaled_positions(factors: FloatArray, torques: FloatArray) -> str:
+    """Options that multiply joint variables and torques, each joint's by its own factors."""
+    # --couple keeps power, so that it divides torques by the factors of positions.
+    options = [f"--couple q{i + 1}={plain(x)}*q{i + 1}" for i, x in enumerate(factors.tolist()) if x != 1.0]
+    constants = [float(f"{x:.10g}") for x in factors * torques]
+    if constants != [1.0] * len(constants):
+        options.insert(0, f"--torque-constant {','.join(map(plain, constants))}")
+    return " ".join(options)
+
+
+def plain(value: float) -> str:
+    """A number without an exponent."""
+    return np.format_float_positional(value, precision=9, fractional=False, trim="-")
+
+
 def map_of_torques(problem: Problem, source: Sequence[int]) -> str:
     """Options that take the torque of a joint from the column of another, joints from 0."""
     return _mapped(problem, source, ("torque",))

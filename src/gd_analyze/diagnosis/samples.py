@@ -73,10 +73,11 @@ def samples_of(
     """Take samples where joints move; `usable` tells, by log, which readings of torque are, (N, n)."""
     n = arm.n_joints
     fastest = np.max([np.abs(log.qd).max(axis=0) for log in logs], axis=0)
+    moves_at_all = _moving_joints(arm, logs, settings)
     moving = []
     for log, good in zip(logs, usable, strict=True):
         ways = np.column_stack([direction(log, i, float(fastest[i])) for i in range(n)])
-        moving.append((ways != 0.0) & good & np.isfinite(filtered_torque(log)))
+        moving.append((ways != 0.0) & good & np.isfinite(filtered_torque(log)) & moves_at_all)
     total = sum(int(moves.any(axis=1).sum()) for moves in moving)
     parts: dict[str, list[FloatArray]] = {name: [] for name in _BY_SAMPLE}
     slowest = np.full(n, np.inf)
@@ -109,3 +110,12 @@ def samples_of(
     ]
     samples.counts[:, ~np.array(enough)] = False
     return samples
+
+
+def _moving_joints(arm: RobotArm, logs: Sequence[Trajectory], settings: DiagnosisSettings) -> Array:
+    """Joints that do not merely tremble while others move, (n,)."""
+    travels = np.max([np.ptp(log.q, axis=0) for log in logs], axis=0)
+    turns = np.array(arm.is_revolute)
+    small = np.where(turns, settings.trembling_angle, settings.trembling_share * (arm.reach or 1.0))
+    widest = np.array([travels[turns == kind].max() for kind in turns.tolist()])
+    return (travels > small) | (travels > settings.trembling_share * widest)

@@ -286,6 +286,20 @@ def warn_if_radians(name: str, degrees: FloatArray) -> None:
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
+def doubtful_joints(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
+    """Joints (from 0) whose positions no such joint reaches: in another unit, or before the gears.
+
+    They are beyond limits, and several turns or ten times a travel away from zero, or look like degrees.
+    """
+    lower, upper = arm.limits("lower"), arm.limits("upper")
+    reach = np.maximum(np.abs(low), np.abs(high))
+    travel = np.maximum(np.abs(lower), np.abs(upper))
+    far = reach > np.where(arm.is_revolute, MANY_TURNS, 10.0 * travel)
+    outside = (low < lower) | (high > upper)
+    unlimited = ~np.isfinite(travel)
+    return sorted({*_degree_suspects(arm, low, high), *np.flatnonzero(far & (outside | unlimited)).tolist()})
+
+
 def _degree_suspects(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
     """Joints (from 0) whose angles exceed their limits, but not if read as degrees.
 

@@ -39,6 +39,9 @@ class SamplingSettings:
     date_seconds: float = 1e6
     # A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
     turn_tolerance: float = math.pi / 2
+    # An angle that wraps stays within so many turns, -360 to 360 degrees at most; one farther away is in
+    # another unit, or counts its turns.
+    most_wrapped_turns: int = 2
 
 
 SAMPLING = SamplingSettings()
@@ -167,7 +170,7 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
 
     Across a gap angles stay as logged, unless full turns bring a stretch back within limits.
     """
-    out = q.copy()
+    out, farthest = q.copy(), SAMPLING.most_wrapped_turns * _TURN + SAMPLING.turn_tolerance
     jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1
     for i in np.flatnonzero(arm.is_revolute).tolist():
         lower, upper = arm.limits("lower")[i], arm.limits("upper")[i]
@@ -175,13 +178,14 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
             steps = np.diff(out[stretch, i])
             turns = np.round(steps / _TURN)
             turns[np.abs(steps - _TURN * turns) > SAMPLING.turn_tolerance] = 0.0
-            if turns.any():
+            if turns.any() and np.ptp(out[stretch, i]) <= farthest:
                 jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
                 out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)
             low, high = float(out[stretch, i].min()), float(out[stretch, i].max())
             if math.isfinite(upper - lower) and (low < lower or high > upper):
                 into = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
-                if lower <= low + _TURN * into and high + _TURN * into <= upper:
+                is_near = abs(into) <= SAMPLING.most_wrapped_turns
+                if is_near and lower <= low + _TURN * into and high + _TURN * into <= upper:
                     out[stretch, i] += _TURN * into
     if not jumped:
         return out, ()

@@ -115,9 +115,11 @@ def diagnosis_result(diagnosis: Diagnosis, provenance: Mapping[str, str]) -> Res
 def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact, ...]:
     """The cause, its remedy, and what remains before and after."""
     has_cause = tabulated.sizes["cause"] > 0
-    name, remedy = (
-        str(tabulated[f"cause_{word}"].values[0]) if has_cause else None for word in ("name", "remedy")
-    )
+    name = str(tabulated.cause_name.values[0]) if has_cause else None
+    remedies = tabulated.cause_remedy.values[~tabulated.cause_rival.values].tolist()
+    # Options are typed together; edits stand beside.
+    separator = " " if all(remedy.startswith("--") for remedy in remedies) else "; "
+    remedy = separator.join(remedies) if has_cause else None
     before, after = (_mean(tabulated[f"remains_{when}"].values) for when in ("before", "after"))
     off = float(tabulated.attrs["masses_off"]) if compared_joints(tabulated) else None
     return (
@@ -175,7 +177,7 @@ def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
     )
     note = (
         "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
-        "Links within the file's error, drive inertia and friction are fitted."
+        "Links off by no more than a file's usually are, drive inertia and friction are fitted."
     )
     return Table("joints", "What remains, by joint", columns, note)
 
@@ -207,7 +209,8 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
     )
     note = (
         f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
-        "then remains unexplained, makes a cause; costs of fitted numbers are included."
+        "then remains unexplained, makes a cause if what remains falls clearly, too. Costs of fitted numbers "
+        "are included."
     )
     yield Table("ranking", "Causes tried", columns, note, _SHOWN_CAUSES)
 

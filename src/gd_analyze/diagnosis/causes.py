@@ -1,0 +1,233 @@
+"""Which hypotheses there are, how their causes are ranked, and which of these are claimed.
+
+A cause is claimed by one rule: with it the score falls clearly, and so does what remains of the torques,
+which are then explained for the most part. Of a pair, each cause passes this beside the other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from gd_analyze.diagnosis.fit import FileFit
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
+from gd_analyze.diagnosis.of_positions import (
+    Coupling,
+    Direction,
+    JointOrder,
+    PositionUnit,
+    TimeUnit,
+    WristCoupling,
+    Zero,
+    ZeroOfSlide,
+)
+from gd_analyze.diagnosis.of_the_arm import (
+    AnotherArm,
+    ChangeInTime,
+    Gravity,
+    GravityAlone,
+    NamedEnd,
+    Payload,
+)
+from gd_analyze.diagnosis.of_torques import (
+    JointScale,
+    Lag,
+    MotorSide,
+    TorqueColumns,
+    TorqueScale,
+    TorqueSign,
+)
+from gd_analyze.diagnosis.settings import DiagnosisSettings
+from gd_analyze.motions.limits import doubtful_joints
+
+# Every kind of cause; a new one is one more entry. Of causes that no log tells apart, the first here is the
+# first that is told.
+HYPOTHESES: tuple[Hypothesis, ...] = (
+    PositionUnit(),
+    MotorSide(),
+    TorqueSign(),
+    TorqueScale(),
+    JointScale(),
+    TorqueColumns(),
+    Lag(),
+    Direction(),
+    Zero(),
+    ZeroOfSlide(),
+    JointOrder(),
+    Coupling(),
+    WristCoupling(),
+    GravityAlone(),
+    TimeUnit(),
+    Gravity(),
+    Payload(),
+    NamedEnd(),
+    ChangeInTime(),
+    AnotherArm(),
+)
+
+# Kinds of cause that concern the unit of positions.
+_OF_UNITS = (PositionUnit.name, MotorSide.name)
+
+# When options are applied to a log; those of the arm come last.
+_ORDER = (
+    ("--map", "--degrees", "--time-unit", "--rate"), ("--torque-constant",), ("--couple",),
+    ("--position-sign",), ("--torque-sign",), ("--offset",), ("--lag",),
+)  # fmt: skip
+_REPEATABLE = ("--offset", "--couple", "--map")
+_OPTION = re.compile(r"--[a-z-]+")
+
+
+def ranked(problem: Problem) -> list[Candidate]:
+    """All causes: first the one to be claimed, if there is any, then the others by the fall of the score."""
+    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
+    claimable = [candidate for candidate in candidates if is_claimable(candidate, problem)]
+    candidates.sort(key=lambda candidate: -candidate.fall)
+    if claimable:
+        best = _best_of(claimable, problem.settings)
+        candidates.remove(best)
+        candidates.insert(0, best)
+    return candidates
+
+
+def _best_of(claimable: Sequence[Candidate], settings: DiagnosisSettings) -> Candidate:
+    """The best cause: of those about as good, one that is evident, else one of fewest numbers.
+
+    Of those equal, it is the first of `HYPOTHESES`: their order is that of `claimable`.
+    """
+    fall = max(cause.fall for cause in claimable)
+    alike = [cause for cause in claimable if cause.fall > fall - settings.known_advantage]
+    alike = [cause for cause in alike if cause.evident] or alike
+    fewest = min(cause.numbers for cause in alike)
+    simplest = [cause for cause in alike if cause.numbers == fewest]
+    score = min(cause.score for cause in simplest)
+    return next(cause for cause in simplest if cause.score <= score + settings.equal_score)
+
+
+def is_claimable(cause: Candidate, problem: Problem) -> bool:
+    """Whether score and remainder fall by enough to claim a cause, beside those that are corrected."""
+    settings, before, after = problem.settings, problem.null, cause.fit
+    assert after is not None  # judged
+    # Where positions are doubtful their unit comes first, unless a cause shows that they are right.
+    if cause.name not in _OF_UNITS and is_unexplained(after, settings) and doubtful_positions(problem):
+        return False
+    # A joint that is compared no longer rests then.
+    if np.isnan(after.residuals[problem.moving]).any():
+        return False
+    is_clear = cause.fall > settings.clear_fall + settings.clear_fall_share * after.unexplained
+    return is_clear and after.remains <= min(
+        settings.clear_remainder_ratio * before.remains, settings.most_remainder
+    )
+
+
+def doubtful_positions(problem: Problem) -> list[int]:
+    """Joints, from 0, whose corrected positions are beyond what such joints reach: units come first."""
+    q, *_ = problem.correction.states(problem.samples)
+    return doubtful_joints(problem.arm, q.min(axis=0), q.max(axis=0)) if len(q) else []
+
+
+def is_unexplained(fit: FileFit, settings: DiagnosisSettings) -> bool:
+    """Whether more is to be explained than a file is usually off by."""
+    largest_residual = float(np.nanmax(fit.residuals, initial=0.0))
+    return fit.changed > settings.most_changes or largest_residual > settings.most_residual_share
+
+
+def claimed(problem: Problem, ranking: Sequence[Candidate]) -> list[Candidate]:
+    """The cause, or the pair of causes, of a ranking that is claimed; none if none is."""
+    single = [cause for cause in ranking[:1] if is_claimable(cause, problem)]
+    if single and single[0].fit is not None and not is_unexplained(single[0].fit, problem.settings):
+        return single
+    return _pair(problem, ranking, single) or single
+
+
+def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candidate]) -> list[Candidate]:
+    """The best pair that begins with one of the best few, if it explains clearly more than one cause."""
+    settings = problem.settings
+    # Links as free as another arm's explain some of whatever is wrong.
+    hopeful = [cause for cause in ranking if cause.fall > settings.clear_fall and _is_of_file(cause)]
+    count = settings.first_causes
+    firsts = dict.fromkeys((*hopeful[:count], *sorted(hopeful, key=_remains)[:count]))
+    best: list[Candidate] = []
+    for first in firsts:
+        corrected = Problem(problem.samples, first.correction, settings)
+        seconds = [
+            cause for cause in ranked(corrected) if is_claimable(cause, corrected) and _is_of_file(cause)
+        ]
+        for second in seconds[:1]:
+            pair = [first, second]
+            alone = [*single, *(cause for cause in ranking if cause.name == second.name)]
+            if not _fit_together(problem, first, second) or not _better(pair, alone, problem):
+                continue
+            if not best or _fall(pair) > _fall(best) + settings.equal_score:
+                best = pair
+    return best
+
+
+def _better(pair: Sequence[Candidate], alone: Sequence[Candidate], problem: Problem) -> bool:
+    """Whether a pair explains clearly more than nothing does, and than either of its causes alone."""
+    settings, remains = problem.settings, _remains(pair[1])
+    most = min([problem.null.remains, *(_remains(cause) for cause in alone)])
+    fall = max([0.0, *(cause.fall for cause in alone)])
+    return remains <= settings.clear_remainder_ratio * most and _fall(pair) > fall + settings.clear_fall
+
+
+def _fall(causes: Sequence[Candidate]) -> float:
+    return sum(cause.fall for cause in causes)
+
+
+def _is_of_file(cause: Candidate) -> bool:
+    return cause.correction.freedom == 1.0
+
+
+def _remains(cause: Candidate) -> float:
+    assert cause.fit is not None  # judged
+    return cause.fit.remains
+
+
+def _fit_together(problem: Problem, first: Candidate, second: Candidate) -> bool:
+    """Whether the remedies of two causes, typed together, do what the two corrections do in this order."""
+    options, more = (set(_OPTION.findall(cause.remedy)) for cause in (first, second))
+    if (options & more) - set(_REPEATABLE) or not (options or more):
+        return False
+    if max(map(_place, options), default=len(_ORDER)) <= min(map(_place, more), default=len(_ORDER)):
+        return True
+    # Typed in the other order, they must do the same.
+    one, both = first.correction, second.correction
+    before = problem.correction
+    moves, turns = both.position @ np.linalg.inv(one.position), one.position @ np.linalg.inv(before.position)
+    later, sooner = both.torque @ np.linalg.inv(one.torque), one.torque @ np.linalg.inv(before.torque)
+    changes_states = not np.array_equal(both.position, one.position) or both.pace != one.pace
+    return (
+        np.allclose(moves @ turns, turns @ moves)
+        and np.allclose(later @ sooner, sooner @ later)
+        and np.allclose(moves @ one.offset, one.offset)
+        and not (changes_states and (one.added or one.lag))
+    )
+
+
+def _place(option: str) -> int:
+    return next((k for k, options in enumerate(_ORDER) if option in options), len(_ORDER))
+
+
+def rivals_of(cause: Candidate, ranking: Sequence[Candidate], problem: Problem) -> tuple[Candidate, ...]:
+    """Causes that the log does not tell from the one claimed, in a fixed order, and others nearly as good."""
+    settings = problem.settings
+    names = [hypothesis.name for hypothesis in HYPOTHESES]
+    others = [other for other in ranking if other is not cause and is_claimable(other, problem)]
+    same = [other for other in others if is_same(other, cause, settings)]
+    same.sort(key=lambda other: names.index(other.name))
+    nearly = [
+        other for other in others if other not in same and other.fall > cause.fall - settings.alike_fall
+    ]
+    by_name = {other.name: other for other in reversed([*same, *nearly]) if other.name != cause.name}
+    return tuple(reversed(by_name.values()))[: settings.most_rivals]
+
+
+def is_same(one: Candidate, other: Candidate, settings: DiagnosisSettings) -> bool:
+    """Whether two causes have one consequence: the same score and the same remainder of every joint."""
+    assert one.fit is not None  # judged
+    assert other.fit is not None  # judged
+    return abs(one.score - other.score) <= settings.equal_score and np.allclose(
+        one.fit.residuals, other.fit.residuals, rtol=settings.equal_remainder, equal_nan=True
+    )
