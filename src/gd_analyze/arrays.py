@@ -8,6 +8,7 @@ all of them also accept arrays of objects (numbers that count operations, symbol
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +27,13 @@ FloatArray = NDArray[np.float64]
 # Set points at a time: long enough to hide the cost of an array call, short enough that what one pass needs
 # stays in the cache.
 CHUNK = 4096
+
+
+def members(values: object) -> list[Any]:
+    """Members of an array or another collection; any other value alone."""
+    if isinstance(values, np.ndarray):
+        return list(values.ravel().tolist())
+    return list(values) if isinstance(values, Iterable) else [values]
 
 
 def evenly(count: int, most: int) -> np.ndarray:

@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -93,6 +94,13 @@ def require_type(value: object, kinds: type | tuple[type, ...], where: str, expe
     """Raise a UsageError unless an argument is of one of these types, saying what is expected."""
     if not isinstance(value, kinds):
         message = f"{where} is of a wrong type"
+        raise UsageError(message, where=where, expected=expected, found=in_python(value))
+
+
+def require_whole(value: object, where: str, least: int) -> None:
+    """Raise a UsageError unless an argument is a whole number of at least `least`."""
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        message, expected = f"{where} is out of range", f"a whole number, {least} or more"
         raise UsageError(message, where=where, expected=expected, found=in_python(value))
 
 

@@ -8,6 +8,7 @@ import json
 import os
 import platform
 import re
+import select
 import shutil
 import stat
 import sys
@@ -40,6 +41,8 @@ _BYTES_AT_ONCE = 2**20  # bytes read at once
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
 # that writes there on the same machine.
 _TEMPORARY = ".gd-analyze."
+# Seconds in which somebody must begin to write to a named pipe that is read.
+WRITER_WITHIN_SECONDS = 5.0
 # Seconds after which any process removes them.
 _ABANDONED_AFTER_SECONDS = 86400.0
 _MACHINE = f"{zlib.crc32(platform.node().encode()):08x}"
@@ -138,7 +141,7 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
     A text holds no zero byte, so reading ends soon after one: what is read of /dev/zero is one piece.
     """
     if isinstance(source, str | Path):
-        with Path(source).open("rb") as file:
+        with _opened(Path(source)) as file:
             return read_at_most(file, most)
     data = bytearray()
     while piece := source.read(min(_BYTES_AT_ONCE, most + 1 - len(data))):
@@ -148,6 +151,23 @@ def read_at_most(source: str | Path | BinaryIO, most: int) -> bytes | None:
         if b"\0" in piece:
             break
     return bytes(data)
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open a file to read; OSError for a named pipe to which nobody writes within some seconds.
+
+    Opened as other files are, it would wait for a writer, maybe for ever. A pipe under a path of the system's
+    has one.
+    """
+    if not path.is_fifo() or path.parts[:2] in (("/", "dev"), ("/", "proc")):
+        return path.open("rb")
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    if not select.select([descriptor], [], [], WRITER_WITHIN_SECONDS)[0]:
+        os.close(descriptor)
+        message = f"a named pipe to which nobody wrote within {WRITER_WITHIN_SECONDS:g} s"
+        raise OSError(errno.ETIMEDOUT, f"{message}; `cat PIPE > FILE` makes a file of it")
+    os.set_blocking(descriptor, True)
+    return os.fdopen(descriptor, "rb")
 
 
 def megabytes(size: int) -> str:

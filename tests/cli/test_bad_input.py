@@ -221,7 +221,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "diagnose puma560 t.csv": ("t.csv, line 1", "q1, q2"),
     "diagnose two_link rest.csv --measured": ("error: arm two_link", "--exciting"),
     "identify two_link t.csv --measured -o arm.urdf": ("error: arm.urdf", ".toml"),
-    "diagnose massless.toml t.csv --measured": ("error: arm own", "masses", "gd-analyze identify"),
+    "diagnose massless.toml t.csv --measured": ("massless.toml, line 7", "no link", "gd-analyze identify"),
     "diagnose two_link t.csv --torque-sign 1,2": ("--torque-sign", "1 or -1"),
     "diagnose two_link t.csv --position-sign 1,1,1": ("--position-sign", "found: 3"),
     "diagnose two_link t.csv --offset 9=90deg": ("--offset", "'9'"),

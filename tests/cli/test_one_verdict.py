@@ -132,7 +132,7 @@ def test_the_exit_code_is_the_verdict(run, here, two_link, words, verdict):
 
 
 def scaled(model: gd.types.SimplifiedModel, by: float) -> gd.types.SimplifiedModel:
-    """The model with a loose bound that is multiplied: no state refutes it, and no proof gives it."""
+    """The model with a smaller bound where only round-off errs: no state refutes it, no proof gives it."""
     stated = model.accuracy.certificate
     region = Box(stated.lower, stated.upper, stated.velocity, stated.acceleration, stated.where)
     if stated.trajectory_fingerprint:
@@ -140,7 +140,9 @@ def scaled(model: gd.types.SimplifiedModel, by: float) -> gd.types.SimplifiedMod
             model.arm, gd.read_trajectory("two-link-swing", model.arm), stated.margin
         )
     loose = gd.certify(model, region, effort=1).stated
-    forged = replace(loose, certified=by * loose.certified)
+    is_exact = model.accuracy.errors.largest == 0.0
+    assert is_exact.any()
+    forged = replace(loose, certified=np.where(is_exact, by, 1.0) * loose.certified)
     return model.stating(replace(model.accuracy, certificate=forged))
 
 
@@ -151,7 +153,7 @@ def proven(request, two_link, swing) -> gd.types.SimplifiedModel:
     return gd.simplify(two_link, swing, "30%", region=region, certified=True)
 
 
-@pytest.mark.parametrize("by", [1.0, 0.97])
+@pytest.mark.parametrize("by", [1.0, 0.5])
 def test_what_a_file_claims_is_called_that_and_check_proves_it(run, here, proven, by):
     gd.save_model(scaled(proven, by), here / "model.json")
     told = run("evaluate model.json two-link-swing")

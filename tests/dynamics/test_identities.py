@@ -18,17 +18,19 @@ from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy, solve_kinematics
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.types import RobotArm
+from parallel_axes import arm_of
 from strategies import States, arms_with_states, examples, explicitly, random_states
 
 BUILT_IN = ["puma560", "stanford", "two_link"]
 
-ARMS = [load_arm(name) for name in BUILT_IN]
+TURNS = ["askew", "slides", "same", "slides across", "opposite"]
+ARMS = [*map(load_arm, BUILT_IN), arm_of(TURNS, np.random.default_rng(3))]
 
 every_arm = st.one_of(
     arms_with_states(),
     st.builds(
         lambda arm, seed: (arm, random_states(arm.n_joints, 6, seed)),
-        st.sampled_from(ARMS),
+        st.sampled_from(ARMS[:-1]),
         st.integers(0, 2**32 - 1),
     ),
 )

@@ -45,7 +45,24 @@ MJCF = f"""<mujoco model="bench">
 <actuator><motor joint="shoulder" gear="50" ctrlrange="-1 1"/></actuator>
 <equality><joint joint1="spin" joint2="elbow" polycoef="0 1 0 0 0" active="false"/></equality>
 </mujoco>"""
-BASES = [CHAIN, MJCF, two_joints()]
+SHAPES = """<mujoco model="shapes">
+<compiler angle="radian" inertiagrouprange="0 3" settotalmass="4" boundmass="0.1" boundinertia="0.01"
+ balanceinertia="true" inertiafromgeom="true" autolimits="true"/>
+<option density="0"><flag equality="enable"/></option>
+<default><geom type="box" size="0.1 0.2 0.3" density="500"/><motor gear="3"/>
+<default class="light"><geom mass="0.2" zaxis="1 0 1"/><equality active="false"/></default></default>
+<worldbody><body name="a" childclass="light" xyaxes="1 0 0 0 1 0">
+<joint name="j" range="-1 1" limited="auto"/>
+<geom type="capsule" size="0.1" fromto="0 0 0 0 0 1" class="main" shellinertia="true" group="1"/>
+<geom/><site name="s"/>
+<body name="b" pos="0.1 0 0"><joint name="k" axis="0 1 0" springdamper="0 0"/>
+<geom type="cylinder" mass="1"/></body>
+</body></worldbody>
+<tendon><fixed name="t" stiffness="0"><joint joint="j" coef="1"/></fixed></tendon>
+<equality><tendon tendon1="t" class="light"/><weld site1="s" site2="s" class="light"/></equality>
+<actuator><position joint="k" armature="0.1" damping="0.1" forcerange="-9 9"/></actuator>
+</mujoco>"""
+BASES = [CHAIN, MJCF, SHAPES, two_joints()]
 _ATTRIBUTE = re.compile(r'(\s)([\w:]+)="([^"]*)"')
 
 

@@ -184,7 +184,10 @@ def test_units(stanford_harmonics):
 
 @of_every_turn(chosen=(0, 3, 6))
 @examples(15)
-@given(arms(max_joints=4) | arms_with_runs(max_joints=5), st.tuples(*[st.integers(0, 7)] * 3))
+@given(
+    (arms(max_joints=4) | arms_with_runs(max_joints=5)).filter(lambda arm: arm.mass.any()),
+    st.tuples(*[st.integers(0, 7)] * 3),
+)
 def test_single_elements_are_those_of_the_whole(arm, chosen):
     i, j, k = (1 + joint % arm.n_joints for joint in chosen)
     harmonics = harmonics_of(arm)

@@ -51,11 +51,30 @@ def fingers_in_step() -> list[str]:
     return [*others, right.replace("</joint>", '<mimic joint="left_finger"/></joint>')]
 
 
+def led_from_aside(*more: str) -> str:
+    """The elbow follows a joint beside it, over others where there are more."""
+    follows = joint("elbow", "upper", "lower", axis="0 1 0", rest='<mimic joint="aside"/>')
+    beside = link("lever"), joint("aside", "upper", "lever")
+    return urdf(link("base"), link("upper"), link("lower"), joint("shoulder", "base", "upper"), follows,
+                *(more or beside))  # fmt: skip
+
+
+def circle(count: int) -> str:
+    """Joints of a chain, of which each follows the next one, and the last the first."""
+    names = [f"l{i}" for i in range(count + 1)]
+    rests = [f'<mimic joint="j{(i + 1) % count}"/>' for i in range(count)]
+    return urdf(*map(link, names), *(joint(f"j{i}", *names[i : i + 2], rest=rests[i]) for i in range(count)))
+
+
+RELAYED = (link("lever"), joint("aside", "upper", "lever", rest='<mimic joint="relay"/>'),
+           link("rocker"), joint("relay", "upper", "rocker"))  # fmt: skip
 FINGERS = two_joints(*fingers())
 HAND = [part for side in "xyz" for part in chain("a5", side, 5)]
 LONG_FINGERS = urdf(link("base"), *chain("base", "a", 5), *chain("base", "rim", 1), *HAND)
 # Some makers call a link and its joint the same.
 SAME_NAMES = (link("elbow"), joint("left", "lower", "elbow", "prismatic"))
+GAZEBO_LOOP = "<gazebo><joint name='rod'><parent>upper</parent><child>base</child></joint></gazebo>"
+LOOP_JOINT = "<loop_joint name='rod'><link1 link='lower'/><link2 link='upper'/></loop_joint>"
 FLOATING = two_joints(link("world"), joint("root", "world", "base", "floating"))
 PLANAR = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
 
@@ -76,6 +95,15 @@ PLANAR = two_joints(link("pad"), joint("slip", "lower", "pad", "planar"))
         (levered(), {"tip": "lower"}, ["lever_joint mimics joint elbow", "--lock elbow=0 both"]),
         (levered(), {"tip": "lower", "lock": ["rod_joint=0"]}, ["lever_joint mimics joint elbow"]),
         (two_joints(*fingers_in_step()), {"tip": "left"}, ["right_finger mimics joint left_finger"]),
+        (led_from_aside(), {"tip": "lower"}, ["line 6", "elbow follows joint aside", "--lock aside=0"]),
+        (led_from_aside(*RELAYED), {"tip": "lower"}, ["elbow follows joint aside", "--lock aside=0"]),
+        (two_joints(*mimicking()).replace('"elbow" mul', '"shoulder" mul'), {"base": "upper"},
+         ["follows follows joint shoulder", "--lock shoulder=0 holds both"]),
+        (circle(1), {}, ["line 4", "in a circle", "j0 follows j0", "--lock j0=0"]),
+        (circle(3), {}, ["line 6", "j0 follows j1 follows j2 follows j0", "--lock j0=0"]),
+        (circle(3), {"tip": "l1"}, ["j0 follows j1 follows j2 follows j0"]),
+        (two_joints(GAZEBO_LOOP), {}, ["line 7", "links upper and base close a loop", "--lock shoulder=0"]),
+        (two_joints(LOOP_JOINT), {}, ["line 7", "links lower and upper close a loop", "--lock elbow=0"]),
         (FLOATING, {}, ["the robot floats: joint root", "--base base fixes that link"]),
         (PLANAR, {}, ["joint slip is planar", "--lock slip=0 holds it"]),
         (PLANAR, {"lock": ["slip=0.1"]}, ["can be held only at 0"]),
@@ -106,6 +134,12 @@ def test_refused_with_the_way_out(read, text, picked, facts):
         (levered(), {"tip": "lower", "lock": ["elbow=0.5"]}, ["shoulder"]),
         (levered(), {"tip": "lower", "lock": ["lever_joint=0"]}, ["shoulder", "elbow"]),
         (two_joints(*fingers_in_step()), {"tip": "lower"}, ["shoulder", "elbow"]),
+        (led_from_aside(), {"tip": "lower", "lock": ["aside=0.3"]}, ["shoulder"]),
+        (led_from_aside(), {"tip": "lower", "lock": ["elbow=0"]}, ["shoulder"]),
+        (led_from_aside(*RELAYED), {"tip": "lower", "lock": ["relay=0.3"]}, ["shoulder"]),
+        (led_from_aside(), {"tip": "upper"}, ["shoulder"]),
+        (two_joints(GAZEBO_LOOP), {"lock": ["shoulder=0"]}, ["elbow"]),
+        (two_joints(LOOP_JOINT), {"tip": "upper"}, ["shoulder"]),
         (FLOATING, {"base": "base"}, ["shoulder", "elbow"]),
         (PLANAR, {"lock": ["slip=0"]}, ["shoulder", "elbow"]),
         (PLANAR, {"tip": "lower"}, ["shoulder", "elbow"]),
@@ -121,6 +155,10 @@ def test_settled_by_options(read, text, picked, joints):
     assert ("Held" in held) == (text is not TWO_ARMS and "gripper" not in joints)
     is_locked = picked == {"lock": ["elbow=0.5"]}
     assert ("elbow at 0.5 rad" in held and "follows at -0.9 rad" in held) == is_locked
+
+
+def test_a_joint_of_a_simulator_that_holds_the_base_closes_no_loop(read):
+    assert read(two_joints(GAZEBO_LOOP.replace("upper", "world"))).n_joints == 2
 
 
 @pytest.mark.parametrize("lock", [["elbow"], ["=1"], ["elbow=90grad"], ["elbow=0", "elbow=1"]])

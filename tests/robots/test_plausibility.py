@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from arm_files import link
+from chains import generic_chain
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location
 from gd_analyze.robots.parts import of_point_mass
 from gd_analyze.robots.plausibility import CHECKS, implausible
@@ -129,6 +130,7 @@ SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
     "offset_far_beyond_the_others": [
         (changed(2, frame=Placement(np.eye(3), np.array([0.0, 10.0, 0.0]))), "an offset of 10 m"),
     ],
+    "more_joints_than_have_terms": [(generic_chain(9), "arm chain9: 9 joints, but")],
     "massless_among_bodies": [
         (changed(3, mass=0.0, com=np.zeros(3), inertia_com=np.zeros((3, 3))), "link 4 has no mass"),
     ],

@@ -127,7 +127,7 @@ def limited(limit: str) -> str:
         ("<robot name='r'>\n<link name='a'/>\n", 3, "the robot's file is cut off"),
         ("<robot name='r'>\n<link na", 2, "its end within <robot> of line 1"),
         ("", 1, "its end before any element"),
-        ("<sdf version='1.9'/>", 1, "SDF has tools"),
+        ("<sdf version='1.9'/>", 1, "sdf2mjcf"),
         ("<robot name='r'/>", None, "No link elements"),
         (urdf(BASE), None, "only fixed joints"),
         (urdf('<xacro:arm prefix="left_"/>'), 2, "`xacro robot.urdf.xacro > robot.urdf`"),

@@ -121,7 +121,7 @@ def quantities(model: SimplifiedModel, states: States) -> tuple[np.ndarray, np.n
 
 @pytest.mark.parametrize("level", LEVELS.values(), ids=str)
 @examples(3)
-@given(case=arms_with_states(max_joints=4), drives=st.booleans())
+@given(case=arms_with_states(max_joints=3), drives=st.booleans())
 def test_so_it_is_of_any_arm(case, level, drives):
     arm, states = case
     arm = dataclasses.replace(arm, drives=tuple(Drive(0.1 * (i + 1)) for i in range(arm.n_joints)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -88,13 +89,15 @@ def refused(path: Path) -> ModelError:
 
 @pytest.mark.parametrize("level", LEVELS.values(), ids=str)
 @examples(3)
-@given(case=arms_with_states(max_joints=4))
+@given(case=arms_with_states(max_joints=3))
 def test_round_trip_of_any_arm_is_exact(tmp_path_factory, case, level):
     arm, states = case
     model = exact_model(arm, level=level)
     path = tmp_path_factory.mktemp("model") / "model.json"
     save_model(model, path)
-    assert_same(model, load_model(path), states)
+    with warnings.catch_warnings(action="ignore", category=gd.GdAnalyzeWarning):  # of links without mass
+        again = load_model(path)
+    assert_same(model, again, states)
 
 
 def test_a_searched_one_comes_back(shipped, path, swing):

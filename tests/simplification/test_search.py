@@ -167,7 +167,7 @@ def test_puma_at_the_energy_level(puma):
 
 def test_an_arm_without_mass_has_nothing_to_simplify() -> None:
     arm = two_link_of(1.0, 0.0, 0.0)
-    with pytest.raises(ArmError, match=r"D is singular: joint 1 \(1\) moves no mass"):
+    with pytest.raises(ArmError, match="has mass or inertia"):
         simplify(arm, States(*np.ones((3, 3, 2))))
 
 

@@ -24,6 +24,7 @@ from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.parts import checked
 from gd_analyze.simplification.accuracy import Proven
 from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.text import in_python, number, rounded_up
@@ -180,6 +181,9 @@ def certify(
     require_model(model)
     tube = region if isinstance(region, Tube) else None
     box = box_of(region, model.arm, effort)
+    require_type(harmonics, (Harmonics, type(None)), "harmonics", "what `harmonics_of` returns, or None")
+    if limit is not None:
+        limit = checked(limit, (box.n_joints,), "limit", "limit", nonnegative=True)
     harmonics = harmonics or harmonics_of(model.arm)
     expansion = expansion_of(model)
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()

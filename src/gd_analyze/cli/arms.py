@@ -52,7 +52,7 @@ def _toml(robot: GivenRobot) -> str:
     from gd_analyze.robots.arm_toml import toml_of
     from gd_analyze.robots.catalogue import is_xml
 
-    arm, path = robot.load(), Path(gd.builtin_arms().get(robot.name, robot.name))
+    arm, path = robot.load(masses=False), Path(gd.builtin_arms().get(robot.name, robot.name))
     return toml_of(arm) if robot.limits or is_xml(path) else text_of_arm_file(path)
 
 
@@ -78,6 +78,6 @@ def _inspection(robot: GivenRobot) -> Result:
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", gd.GdAnalyzeWarning)
-        arm = robot.load()
+        arm = robot.load(masses=False)
         warn_of_weight(arm)
     return inspection(arm, list(dict.fromkeys(str(item.message) for item in caught)))

@@ -65,8 +65,13 @@ class GivenRobot:
     gravity: str | None = None
     drive_inertia: str | None = None
 
-    def load(self, payload: Link | None = None, logs: Sequence[str] = ()) -> gd.types.RobotArm:
-        """Read the arm with its payload, if any; of a branching robot, the arm whose joints the logs name."""
+    def load(
+        self, payload: Link | None = None, logs: Sequence[str] = (), *, masses: bool = True
+    ) -> gd.types.RobotArm:
+        """Read the arm with its payload, if any; of a branching robot, the arm whose joints the logs name.
+
+        With `masses`, one without any is refused.
+        """
         words = {key: value for key, value in vars(self).items() if key != "name"}
         try:
             arm = gd.load_arm(self.name, **words)
@@ -81,6 +86,10 @@ class GivenRobot:
             )
             warnings.warn(f"{message}; --tip chooses another", gd.GdAnalyzeWarning, stacklevel=2)
             arm = gd.load_arm(self.name, **words | {"tip": tip})
+        if masses:
+            from gd_analyze.robots.catalogue import arm_with_masses
+
+            arm_with_masses(arm)
         if payload is None:
             return arm
         from gd_analyze.robots.payload import carrying

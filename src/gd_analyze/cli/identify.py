@@ -90,7 +90,7 @@ def identify(
 
         if out is not None:
             require_name_of_toml(out)
-        arm = robot.load(logs=logs)
+        arm = robot.load(logs=logs, masses=False)
         fitted, held_out_motions, carrying = (
             [log_options.read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
         )

@@ -49,7 +49,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         from gd_analyze.result import Fact, Result
         from gd_analyze.results.motion_result import columns_table
 
-        arm, path = robot.load(logs=[log]), TRAJECTORY.path_of(log)
+        arm, path = robot.load(logs=[log], masses=False), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
         logged = gd.read_log(path, arm, reading, progress=progress_shown())
         motion = motion_of(logged, path, arm, treatment)
@@ -157,7 +157,7 @@ def plan(
         from gd_analyze.motions.states import states_of
         from gd_analyze.motions.trajectory import trajectory_csv
 
-        arm, name = robot.load(), out.stem if out is not None else None
+        arm, name = robot.load(masses=False), out.stem if out is not None else None
         try:
             if start is None or goal is None:
                 planned = gd.exciting_motion(

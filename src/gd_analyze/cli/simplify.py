@@ -68,8 +68,8 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     "--velocities",
     type=click.Choice(("absolute", "joint")),
     default=None,
-    help="Print D, h and c by element in joint velocities, or torques in absolute velocities (levels term "
-    "and energy).  [default: joint at level term, else absolute]",
+    help="Print D, h and c by element in joint velocities, or torques in the velocities of the model's "
+    "terms, mostly absolute (levels term and energy).  [default: joint at level term, else absolute]",
 )
 @options.digits("Significant digits of the equations printed; files keep all.")
 @options.out("Write the model into this JSON file.")

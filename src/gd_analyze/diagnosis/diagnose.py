@@ -34,7 +34,7 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import value_text
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import html_of, joint_name
 from gd_analyze.threads import one_thread
 
@@ -170,7 +170,7 @@ def diagnose(
     >>> all(isinstance(one, Hypothesis) for one in HYPOTHESES)
     True
     """
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
     return diagnosed(arm, motions_of(logs, arm), thorough=thorough, settings=settings)
 
 
@@ -185,13 +185,6 @@ def diagnosed(
     for motion in motions:
         require_trajectory_joints(motion, arm)
         require_torques(motion)
-    if not arm.mass.any():
-        raise UsageError(
-            "the file states no masses, so no log can contradict it",
-            where=f"arm {arm.name}",
-            expected="links with masses",
-            next_step="`gd-analyze identify` makes them from logs",
-        )
     faults, usable = faults_of(arm, motions)
     usable = [good & _settled(motion)[:, None] for good, motion in zip(usable, motions, strict=True)]
     problem = Problem(samples_of(arm, motions, usable, settings), Correction.none(arm.n_joints), settings)

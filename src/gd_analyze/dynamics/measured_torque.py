@@ -28,7 +28,7 @@ from gd_analyze.motions.smoothing import noise_of
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import amount, html_of, number, percent
 from gd_analyze.threads import one_thread
 
@@ -197,7 +197,7 @@ def compare_torque(
     TrajectoryError
         If the trajectory has another number of joints.
     """
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
     trajectory = trajectory_of(trajectory, arm)
     require_trajectory_joints(trajectory, arm)
     require_torques(trajectory)

@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, evenly
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
-from gd_analyze.errors import ArmError, UsageError, require_type
+from gd_analyze.errors import ArmError, require_whole
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
@@ -95,9 +95,8 @@ def robustness(
         If the trajectory has another number of joints.
     """
     arm = arm_of(arm)
-    require_type(samples, (int, np.integer), "samples", "a whole number, at least 1")
-    if samples < 1:
-        raise UsageError("there are no samples", where="samples", expected="at least 1", found=str(samples))
+    require_whole(samples, "samples", 1)
+    require_whole(seed, "seed", 0)
     trajectory = trajectory_of(trajectory, arm)
     require_trajectory_joints(trajectory, arm)
     arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)

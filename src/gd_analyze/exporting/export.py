@@ -20,7 +20,7 @@ from gd_analyze.exporting.vectors import tests_of
 from gd_analyze.files import path_of, replacing_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of, in_python
@@ -200,7 +200,7 @@ def export(
     if isinstance(source, SimplifiedModel):
         export_input = ExportInput.of_model(source, name, certificate)
     else:
-        arm = arm_of(source)
+        arm = arm_with_masses(source)
         export_input = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
     return written(export_input.with_functions(what), languages, scalar, tests=tests)
 
@@ -216,7 +216,7 @@ def export_decomposition(
 
     Parameters, result and errors are as for `export`. [FGL87] Eqs. (3.4-25) to (3.4-28).
     """
-    return written(ExportInput.of_decomposition(arm_of(arm), name), languages, scalar)
+    return written(ExportInput.of_decomposition(arm_with_masses(arm), name), languages, scalar)
 
 
 def written(

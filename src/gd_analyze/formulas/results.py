@@ -19,7 +19,7 @@ from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import visible
 
 # Beginning and end of a comment in each format.
@@ -79,8 +79,9 @@ def equations(
     h122 = -0.5 S2
     c1 = 19.6 C1 + 4.9 C12
     """
-    harmonics = dynamics if isinstance(dynamics, Harmonics) else harmonics_for(arm_of(dynamics), elements)
-    return WrittenElements(each_equation(harmonics, elements, min_share=min_share))
+    if not isinstance(dynamics, Harmonics):
+        dynamics = harmonics_for(arm_with_masses(dynamics), elements)
+    return WrittenElements(each_equation(dynamics, elements, min_share=min_share))
 
 
 def equation_text(equation: Equation, form: str, digits: int, width: int) -> str:

@@ -8,23 +8,27 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from gd_analyze.arrays import FloatArray, falling
+import numpy as np
+
+from gd_analyze.arrays import falling, members
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
-from gd_analyze.harmonics.element_products import ElementProducts
+from gd_analyze.harmonics.element_products import ElementProducts, Products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.schema import unit_of
-from gd_analyze.text import joined, parted
+from gd_analyze.text import in_python, joined, parted
 
 ElementIndices = tuple[int, ...]
 
 
-# Most joints with non-parallel axes; beyond, all elements together have millions of terms.
-_MOST_NON_PARALLEL_JOINTS = 9
+# Most terms of one element if all are asked for: with more, as of eight joints with axes askew, all elements
+# together have millions. D12 of seven such joints has 9 400 terms.
+_MOST_TERMS = 20_000
 # Quantity that gives an element's unit, by its letter.
 _QUANTITIES = {"D": "inertia", "h": "christoffel", "c": "effort"}
 
@@ -62,11 +66,11 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
     """Find only the harmonics that these elements need; labels and errors as for `equations`."""
     n = arm.n_joints
     requested = elements_named(elements, n)
-    if not elements and len(AbsoluteVelocities.of(arm).runs) > _MOST_NON_PARALLEL_JOINTS:
+    if not members(elements) and len(AbsoluteVelocities.of(arm).runs) > MOST_JOINTS_WITH_TERMS:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
-            expected=f"at most {_MOST_NON_PARALLEL_JOINTS} joints with axes that are not parallel",
+            expected=f"at most {MOST_JOINTS_WITH_TERMS} joints with axes that are not parallel",
             found=f"{n} joints",
             next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
             "ROBOT --level element` takes any number of joints",
@@ -82,10 +86,17 @@ def each_equation(
     min_share: float = 0.0,
     progress: Callable[[int], None] = lambda _: None,
 ) -> Iterator[Equation]:
-    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`."""
+    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`.
+
+    ArmError if all are asked for, and one of them has so many terms that writing all takes many minutes.
+    """
+    if not isinstance(min_share, int | float) or not 0.0 <= min_share <= 1.0:
+        message, expected = "min_share is out of range", "a number of 0 to 1, such as 0.01 for 1 %"
+        raise UsageError(message, where="min_share", expected=expected, found=in_python(min_share))
+    most = math.inf if members(elements) else _MOST_TERMS
     products = ElementProducts(harmonics)
     for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
-        equation = _equation(harmonics, products, kind, indices, min_share)
+        equation = _equation(harmonics, products, kind, indices, min_share, most)
         if equation.terms or by_itself:
             yield equation
         progress(1)
@@ -93,8 +104,8 @@ def each_equation(
 
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, ElementIndices, bool]]:
     """Elements named by labels: letter, joints from 0, and whether named individually."""
-    labels = (labels,) if isinstance(labels, str) else labels
-    return [element for label in labels or ("D", "h", "c") for element in _resolve(label, n)]
+    names = [labels] if isinstance(labels, str) else members(labels)
+    return [element for label in names or ("D", "h", "c") for element in _resolve(str(label), n)]
 
 
 def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:
@@ -129,30 +140,38 @@ def _resolve(label: str, n: int) -> Iterator[tuple[str, ElementIndices, bool]]:
 
 
 def _equation(
-    harmonics: Harmonics, products: ElementProducts, kind: str, indices: ElementIndices, min_share: float
+    harmonics: Harmonics,
+    products: ElementProducts,
+    kind: str,
+    indices: ElementIndices,
+    min_share: float,
+    most: float,
 ) -> Equation:
     arm = harmonics.arm
     unit = unit_of(_QUANTITIES[kind], *(arm.is_revolute[joint] for joint in indices))
     noise = harmonics.noise[1] if kind == "c" else harmonics.noise[0] * (DEGREE if kind == "h" else 1)
-    if kind == "D":
-        weights = products.inertia(*indices)
-    elif kind == "h":
-        weights = products.christoffel(*indices)
-    else:
-        weights = products.gravity_loading(*indices)
-    sizes = [abs(float(row[0])) * _largest_value(arm, factors) for factors, row in weights.items()]
-    largest = max(sizes, default=0.0)
-    terms = [
-        _term(factors, row, noise, size / largest)
-        for (factors, row), size in zip(weights.items(), sizes, strict=True)
-        if size >= min_share * largest
-    ]
+    of_kind: dict[str, Callable[..., Products]]
+    of_kind = {"D": products.inertia, "h": products.christoffel, "c": products.gravity_loading}
+    monomials, weights = of_kind[kind](*indices)
+    if len(monomials) > most:
+        raise ArmError(
+            f"all equations of arm {arm.name} are too long to be written out",
+            where=f"arm {arm.name}",
+            expected=f"elements of at most {most} terms",
+            found=f"{kind}{joined(indices)} alone has {len(monomials)}",
+            next_step=f"name elements, such as --element {kind}{joined(indices)} --min-share 1%",
+        )
+    sizes = np.abs(weights[:, 0]) * [_largest_value(arm, factors) for factors in monomials]
+    shares = sizes / sizes.max(initial=0.0)
+    large = np.flatnonzero(shares >= min_share)
+    rows = zip(large.tolist(), weights[large].tolist(), shares[large].tolist(), strict=True)
+    terms = [_term(monomials[place], row, noise, share) for place, row, share in rows]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
 
 
-def _term(factors: Monomial, row: FloatArray, noise: float, share: float) -> EquationTerm:
-    coefficient, translation, rotation, *links = row.tolist()
+def _term(factors: Monomial, row: list[float], noise: float, share: float) -> EquationTerm:
+    coefficient, translation, rotation, *links = row
     acts = (abs(translation) > noise, abs(rotation) > noise)
     effect = "both" if all(acts) else EFFECTS[acts[1]]
     acting = tuple(s for s, value in enumerate(links, start=1) if abs(value) > noise)

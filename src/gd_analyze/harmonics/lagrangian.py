@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -128,7 +128,7 @@ def torques_of(term: EnergyTerm, velocities: AbsoluteVelocities) -> Torques:
     i, j, monomial = term
     slopes = [
         (m, inner, weight)
-        for m, direction in enumerate(velocities.matrix.T)
+        for m, direction in enumerate(velocities.matrix.T.tolist())
         for inner, weight in slope_of(monomial, direction).items()
     ]
     if term.is_potential:
@@ -181,11 +181,13 @@ def _pair(j: int, k: int) -> tuple[Velocity, Velocity]:
     return Velocity(1, min(j, k)), Velocity(1, max(j, k))
 
 
-def slope_of(monomial: Monomial, direction: FloatArray) -> dict[Monomial, float]:
+def slope_of(monomial: Monomial, direction: Sequence[float]) -> dict[Monomial, float]:
     """Derivative of a monomial along a direction of q, by the product rule."""
     out: dict[Monomial, float] = defaultdict(float)
     for place, (kind, multiples) in enumerate(monomial):
-        weight = float(np.dot(multiples, direction))
+        weight = sum(
+            multiple * slope for multiple, slope in zip(multiples, direction, strict=True) if multiple
+        )
         if weight == 0.0:
             continue
         cofactor = monomial[:place] + monomial[place + 1 :]

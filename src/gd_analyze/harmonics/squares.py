@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import compress
+from itertools import compress, pairwise
 from typing import NamedTuple
 
 from gd_analyze.harmonics.terms import CANCELLED_SHARE, Factor, Monomial, Torques, TorqueTerm, half_of
@@ -39,19 +39,23 @@ class Squares:
     @classmethod
     def of(cls, exact: Iterable[TorqueTerm]) -> Squares:
         """Decide by the exact terms of D, h and c."""
-        elements = defaultdict[TorqueTerm, list[TorqueTerm]](list)
+        elements = defaultdict[TorqueTerm, set[TorqueTerm]](set)
         for term in exact:
-            elements[term._replace(monomial=())].append(term)
+            elements[term._replace(monomial=())].add(term)
         rewritten = set[_Place]()
         for terms in elements.values():
-            # What is rewritten may stand beside other squares.
-            while more := _side_by_side({new for term in terms for new in cls(rewritten).written(term)}):
+            with_squares = {term for term in terms if has_squares(term.monomial)}
+            while True:  # what is rewritten may stand beside other squares
+                written = {new for term in with_squares for new in cls(rewritten).written(term)}
+                more = _side_by_side(written, terms - with_squares)
+                if not more:
+                    break
                 rewritten |= more
         return cls(rewritten)
 
     def written(self, term: TorqueTerm) -> dict[TorqueTerm, float]:
         """Write a term as a sum of terms, with their factors."""
-        for angle in sorted(_angles(term.monomial)):
+        for angle in _angles(term.monomial):
             forms = _forms(angle)
             beside, form = _parted(term, angle)
             if form == forms.double_sine:
@@ -87,13 +91,17 @@ def _forms(angle: _Angle) -> _Forms:
     return _Forms((cosine, cosine), (sine, sine), (cosine, sine), (double_cosine,), (double_sine,))
 
 
-def _angles(monomial: Monomial) -> set[_Angle]:
-    """Angles whose sine is squared, or whose double has a sine or cosine."""
-    squared = {
-        factor.multiples for factor in monomial if factor.kind == "sin" and monomial.count(factor) == 2
-    }
+def has_squares(monomial: Monomial) -> bool:
+    """Whether a term has a squared sine, or a sine or cosine of a double angle."""
+    return bool(_angles(monomial))
+
+
+@lru_cache(maxsize=1 << 14)
+def _angles(monomial: Monomial) -> tuple[_Angle, ...]:
+    """Angles whose sine is squared, or whose double has a sine or cosine, ascending."""
+    squared = [one.multiples for one, other in pairwise(monomial) if one == other and one.kind == "sin"]
     halves = (half_of((factor,)) for factor in monomial)
-    return squared | {half for half in halves if half is not None}
+    return tuple(sorted({*squared, *(half for half in halves if half is not None)}))
 
 
 def _parted(term: TorqueTerm, angle: _Angle) -> tuple[TorqueTerm, Monomial]:
@@ -108,15 +116,16 @@ def _with(term: TorqueTerm, factors: Monomial) -> TorqueTerm:
     return term._replace(monomial=tuple(sorted(term.monomial + factors)))
 
 
-def _side_by_side(terms: set[TorqueTerm]) -> set[_Place]:
-    """Where S^2 or cos(2 a) stands beside 1, C^2 or the other."""
+def _side_by_side(terms: set[TorqueTerm], others: set[TorqueTerm]) -> set[_Place]:
+    """Where S^2 or cos(2 a) of terms stands beside 1, C^2 or the other, of these terms or of others."""
     out = set()
     for term in terms:
         for angle in _angles(term.monomial):
             forms = _forms(angle)
             beside, form = _parted(term, angle)
             alike = ((), forms.cosines, forms.sines, forms.double_cosine)
-            others = (_with(beside, other) for other in alike if other != form)
-            if form in alike[2:] and not terms.isdisjoint(others):
-                out.add((beside, angle))
+            if form in alike[2:]:
+                near = {_with(beside, other) for other in alike if other != form}
+                if not (near.isdisjoint(terms) and near.isdisjoint(others)):
+                    out.add((beside, angle))
     return out

@@ -17,7 +17,7 @@ from gd_analyze.arrays import FloatArray, array_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_whole
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import INSTANTS_PER_PERIOD, FourierSeries
 from gd_analyze.motions.limits import limit_report
@@ -147,6 +147,7 @@ def exciting_motion(
     >>> made.trajectory.n_set_points, made.limits.violations
     (1001, ())
     """
+    require_whole(seed, "seed", 0)
     arm = arm_of(arm)
     duration = float(Schedule(duration).duration)
     count = n_set_points

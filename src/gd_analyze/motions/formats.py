@@ -86,7 +86,7 @@ def log_source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
         return shipped_files[str(path_or_name)], path.name, f"shipped trajectory {path_or_name}", None
     origin = f"read from {path_or_name}"
     with suppress(OSError, ValueError):
-        if path.is_file() or _format(path) is not None:
+        if path.is_file() or (_format(path) is not None and not path.is_fifo()):
             return path, path.stem, origin, None
     return path, path.stem, origin, _stream(path)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
-from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError, require_type
+from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError, require_type, require_whole
 from gd_analyze.motions import trajectory as motion
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Motion, Trajectory
@@ -196,9 +196,8 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
         If limits are assumed because the arm does not state them; `States.described` names them.
     """
     arm = arm_of(arm)
-    if not isinstance(count, int | np.integer) or count < 1:
-        message, value = "this is not a number of states", in_python(count)
-        raise UsageError(message, where="count", expected="1 or more", found=value)
+    require_whole(count, "count", 1)
+    require_whole(seed, "seed", 0)
     limits = box_limits(arm)
     random = np.random.default_rng(seed)
     shape = (count, arm.n_joints)

@@ -127,7 +127,8 @@ def _steps(model: SimplifiedModel) -> Table:
 def _tallies(model: SimplifiedModel) -> Table:
     """Terms kept, of all: torque terms by row and acceleration, h and c; or energy terms by element."""
     n = model.form.velocities.n_joints
-    heads = [f"p̈{joined((j,))}" for j in range(n)]
+    letter = "p̈" if model.form.velocities.before else "q̈"
+    heads = [f"{letter}{joined((j,))}" for j in range(n)]
     if model.level.is_mechanical:
         energy_totals, energy_kept = (
             Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms)

@@ -348,7 +348,7 @@ def notices(findings: Findings) -> tuple[str, ...]:
     is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
     model_notice = findings.model.notice if is_asked else ""
     stated = ""
-    if findings.proof == STATED:
+    if findings.proof == STATED and tube_bound(findings) is not None:
         stated = f"Bounds are {STATED}; `gd-analyze certify model.json --check` proves them again."
     texts = (*motion_result.recording_notices(findings), model_notice, _drives_notice(findings), stated)
     return tuple(filter(None, texts))

@@ -33,7 +33,7 @@ def simplified_result(
 ) -> Result:
     """Facts of a model fitted on states, and where its budget holds; coefficients are rounded.
 
-    Equations are in absolute velocities, or by element in joint velocities.
+    Equations are torques in the velocities of the terms, or by element in joint velocities.
     """
     model, certificate = held_model.model, held_model.certificate
     accuracy, arm = model.accuracy, model.arm

@@ -24,6 +24,8 @@ PlacedFindings = Iterator[tuple[str, str]]
 
 # Mass below which a link counts as massless, kg.
 NO_MASS = 1e-6
+# Most joints of an arm whose terms are ranked and chosen: identifying its exact form takes a second.
+MOST_JOINTS_WITH_TERMS = 8
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gd_analyze.arrays import members
 from gd_analyze.errors import ArmError, Location, UsageError
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
@@ -27,6 +28,13 @@ if TYPE_CHECKING:
 
 # Suffixes of logs and set points, which no robot file has, and of robot files in XML.
 OF_LOGS = frozenset((".csv", ".tsv", ".db3", ".mcap", ".bag", ".parquet"))
+_OF_YAML = (".yaml", ".yml")
+# What files hold that are not the robot's, by their suffix.
+_USUAL_CONTENT = {
+    ".json": "models",
+    **dict.fromkeys(OF_LOGS, "logs and set points"),
+    **dict.fromkeys(_OF_YAML, "limits and messages"),
+}
 _OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
 
 
@@ -38,6 +46,16 @@ def builtin_arms() -> dict[str, Path]:
 def arm_of(source: RobotArm | str | Path) -> RobotArm:
     """An arm itself, or the one given by a built-in name or a path; raises as `load_arm`."""
     return source if isinstance(source, RobotArm) else load_arm(source)
+
+
+def arm_with_masses(source: RobotArm | str | Path) -> RobotArm:
+    """As `arm_of`; ArmError if no link of the arm has mass or inertia, so that D, h and c are zero."""
+    arm = arm_of(source)
+    if not any(link.mass or link.inertia_com.any() for link in arm.links):
+        message = f"no link of arm {arm.name} has mass or inertia, so that all torques would be 0"
+        hint = "`gd-analyze identify ROBOT LOG` finds them from a log with measured torques"
+        raise ArmError(message, where=arm.links[0].place, expected="links with mass", next_step=hint)
+    return arm
 
 
 def load_arm(
@@ -115,24 +133,28 @@ def _supplemented(
 ) -> RobotArm:
     """The arm with its gravity and drive inertia replaced."""
     if gravity is not None:
-        arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2")))
+        hint = "give its direction, too: 0,0,-9.81"
+        arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2", hint)))
     if isinstance(drive_inertia, str) and drive_inertia.endswith(".toml"):
         arm = replace(arm, drives=read_drives(drive_inertia))
     elif drive_inertia is not None:
-        stated = _numbers(drive_inertia, arm.n_joints, "--drive-inertia", "kg m^2 (kg), a number per joint")
+        hint = f"give one for each of {', '.join(joint.name for joint in arm.joints)}; 0 where there is none"
+        unit = "kg m^2 (kg), a number per joint"
+        stated = _numbers(drive_inertia, arm.n_joints, "--drive-inertia", unit, hint)
         drives = zip(arm.drives or (Drive(),) * arm.n_joints, stated, strict=True)
         arm = replace(arm, drives=tuple(replace(drive, inertia=value) for drive, value in drives))
     return arm
 
 
-def _numbers(numbers: Sequence[float] | str, count: int, where: str, unit: str) -> list[float]:
+def _numbers(numbers: Sequence[float] | str, count: int, where: str, unit: str, hint: str) -> list[float]:
     """Numbers given as such or as text; UsageError unless there are `count`."""
-    values = [Quantity.si_of(word) for word in (numbers.split(",") if isinstance(numbers, str) else numbers)]
+    words = numbers.split(",") if isinstance(numbers, str) else members(numbers)
+    values = [Quantity.si_of(word) for word in words]
     valid = [value for value in values if value is not None and abs(value) <= LARGEST]
     if len(valid) == len(values) == count:
         return valid
-    expected, number_text = f"{count} numbers with commas, {unit}", in_python(numbers)
-    raise UsageError("the numbers are not as expected", where=where, expected=expected, found=number_text)
+    message, expected = "the numbers are not as expected", f"{count} numbers with commas, {unit}"
+    raise UsageError(message, where=where, expected=expected, found=in_python(numbers), next_step=hint)
 
 
 def is_xml(path: Path) -> bool:
@@ -159,12 +181,18 @@ def _path_of(name_or_path: object) -> Path:
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is not a file
         suffix, is_folder = path.suffix.lower(), bool(name) and path.is_dir()
-        usual_content = "models" if suffix == ".json" else "logs and set points" if suffix in OF_LOGS else ""
+        usual_content = _USUAL_CONTENT.get(suffix, "")
         if path.is_file() and not usual_content:
             return path
-        if is_folder or path.is_file():
-            file_text = "a folder" if is_folder else f"a {suffix} file, as {usual_content} are"
-            hint = "name the file in it" if is_folder else "name the robot's own file first"
+        if name and path.exists():
+            file_text, hint = f"a {suffix} file, as {usual_content} are", "name the robot's own file first"
+            if suffix in _OF_YAML:
+                hint = "name its URDF or MJCF; or write its Denavit-Hartenberg table and masses as TOML, as"
+                hint += " `gd-analyze arms puma560 --to toml` prints them"
+            if not path.is_file():
+                file_text, hint = "a pipe or a device", "write it into a file first, and name that"
+            if is_folder:
+                file_text, hint = "a folder", "name the file in it"
             raise ArmError("this is not a robot file", where=Location(path), found=file_text, next_step=hint)
     near = difflib.get_close_matches(name, builtin, n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`gd-analyze arms` lists the built-in arms"

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, members
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
@@ -41,14 +41,17 @@ _ORDINARY = (
 
 def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, Quantity]:
     """Values of joints to lock, from a mapping or texts such as elbow=90deg; or UsageError."""
-    pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, locks or ())
+    texts = [] if locks is None else [locks] if isinstance(locks, str) else members(locks)
+    pairs = locks.items() if isinstance(locks, Mapping) else map(_pair, texts)
     values: dict[str, Quantity] = {}
     for joint, value in pairs:
         number = Quantity.read(value)
         if not joint or number is None or number.kind not in ("", "angle", "length"):
             expected = "joint=value in rad or m, or with a unit: elbow=1.57, elbow=90deg, slide=20mm"
             pair_text = f"{joint}={value}" if joint else str(value)
-            raise UsageError("no joint with a value", where="--lock", expected=expected, found=pair_text)
+            hint = "name the joint and the value it is held at"
+            message = "no joint with a value"
+            raise UsageError(message, where="--lock", expected=expected, found=pair_text, next_step=hint)
         if joint in values:
             raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
         values[joint] = number
@@ -65,9 +68,9 @@ def with_limits(arm: RobotArm, limits: GivenLimits) -> RobotArm:
 
     Raises UsageError for any other word, and ArmError for a file.
     """
-    if not limits:
+    if limits is None or (isinstance(limits, str) and not limits):
         return arm
-    for word in [limits] if isinstance(limits, str | Path | Mapping) else limits:
+    for word in [limits] if isinstance(limits, str | Path | Mapping) else members(limits):
         if isinstance(word, PathLike) or str(word).lower().endswith((".yaml", ".yml", ".toml")):
             by_joint: dict[str, dict[str, Any]] = _from_file(arm, Path(str(word)))
             note = f"Limits of {', '.join(by_joint)} from {visible(Path(str(word)).name)}."
@@ -95,23 +98,27 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
     limits: dict[str, float] = {}
     for name, value in stated.items():
         quantity = Quantity.read(value)
-        if name != "all" and name not in names and name and quantity is not None:
-            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
-            raise UsageError(f"there is no joint {name!r} to limit", where="--limits", expected=expected)
         if quantity is None or not quantity.si > 0 or not name:
             message = "this is not an acceleration limit"
             value_text = f"{name}={value}" if name else in_python(statement)
             expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
+        if name != "all" and name not in names:
+            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
+            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
+            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
         for joint in names if name == "all" else [name]:
             number = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
             if number is None:
-                message = (
-                    f"this is no acceleration of joint {joint}, which {'turns' if turns[joint] else 'slides'}"
+                kind, unit = ("turns", "deg") if turns[joint] else ("slides", "mm")
+                message = f"this is no acceleration of joint {joint}, which {kind}"
+                expected, hint = (
+                    joint_units(turns[joint], "/s^2"),
+                    f"--limits {joint}=600{unit} states the unit",
                 )
-                expected = joint_units(turns[joint], "/s^2")
-                raise UsageError(message, where="--limits", expected=expected, found=f"{name}={value}")
+                fault = f"{name}={value}"
+                raise UsageError(message, where="--limits", expected=expected, found=fault, next_step=hint)
             limits[joint] = number
     return limits
 

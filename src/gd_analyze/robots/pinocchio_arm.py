@@ -52,7 +52,10 @@ def _read(path: Path) -> Tree:
         raise ArmError(message, where=root.where, expected=expected, found=str(links))
     if root.tag not in ("robot", "mujoco"):
         expected = "<robot> (URDF) or <mujoco> (MJCF) as the outermost element"
-        hint = "convert it to URDF" + (", for which SDF has tools" if root.tag == "sdf" else "")
+        hint = "convert it to URDF or MJCF"
+        if root.tag == "sdf":
+            hint = "name the URDF that it was made from, if any; else `sdf2mjcf robot.sdf robot.xml`"
+            hint += " writes MJCF (`pip install sdformat-mjcf`, which needs Gazebo's sdformat)"
         message, tag_text = "the XML does not describe a robot", f"<{root.tag}>"
         raise ArmError(message, where=root.where, expected=expected, found=tag_text, next_step=hint)
     return read_urdf(path, root) if root.tag == "robot" else read_mjcf(path, root)
@@ -78,7 +81,8 @@ def _arm_of_chain(
         link = notes.above.get(link, "")
     left_out = ", ".join(joint.name for joint in moving if _limits(tree.model, joint.index)[1])
     stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
-    source = f"{visible(Path(notes.path).name)}: {tree.format}, read by {read_by}."
+    source = f"{visible(Path(notes.path).name)}: {tree.format}, "
+    source += f"read by {read_by}." if tree.format == "URDF" else "with masses as MuJoCo compiles them."
     return RobotArm(
         name=_identifier(tree.name, Path(notes.path).stem if tree.format else "robot"),
         title=shortened(visible(tree.name), 120),
@@ -147,8 +151,10 @@ def _doubts(tree: Tree, moving: Sequence[TreeJoint], links: set[str], inboard: s
     notes = tree.notes
     about = {"", *links, *(joint.name for joint in moving)}
     yield from (text for name, text in notes.doubts if name in about)
-    if rangeless := [f"{name} (line {at.line})" for name, at in notes.rangeless.items() if name in about]:
-        yield f"{tree.where}: no range stated for joint {', '.join(rangeless)}"
+    for sentence, told in notes.told.items():
+        lines = [f"{name} (line {where.line})" for name, where, acts_on in told if about & {*acts_on}]
+        if lines:
+            yield f"{tree.where}: {sentence} {some_names(lines)}"
     yield from (text for link, text in notes.right_angles.suspects if link in links | inboard)
     if not any(inertia.mass > 0 for inertia in tree.model.inertias):
         yield f"{tree.where}: no link has any mass; is the file stripped, or xacro expanded in part?"
@@ -172,7 +178,7 @@ def _is_power_of_ten(number: float, least: float) -> bool:
 
 def _joint(tree: Tree, joint: TreeJoint, moved: Any) -> Joint:
     lower, upper, velocity = _limits(tree.model, joint.index)[0]
-    where = tree.line("joint", joint.name) or tree.where
+    where = tree.place("joint", joint.name)
     place = checked(moved.translation, (3,), f"the place of joint {joint.name}", where)
     return Joint(
         joint.name,
@@ -203,7 +209,7 @@ def _drives(tree: Tree, moving: Sequence[TreeJoint]) -> tuple[Drive, ...]:
     model, drives = tree.model, []
     stated = {"armature": model.armature, "damping": model.damping, "friction": model.friction}
     for joint in moving:
-        at, where = model.idx_vs[joint.index], tree.line("joint", joint.name) or tree.where
+        at, where = model.idx_vs[joint.index], tree.place("joint", joint.name)
         inertia, viscous, friction = (
             float(checked(values[at], (), f"the {quantity} of joint {joint.name}", where, nonnegative=True))
             for quantity, values in stated.items()

@@ -16,6 +16,7 @@ import numpy as np
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import (
+    MOST_JOINTS_WITH_TERMS,
     NO_MASS,
     PlacedFindings,
     ball_density,
@@ -133,6 +134,14 @@ def offset_far_beyond_the_others(arm: RobotArm) -> PlacedFindings:
     if longest > max(3.0, 3.0 * sum_of_others) and sum_of_others > 0.0:
         text = f"an offset of {longest:.4g} m; all others add up to {sum_of_others:.3g} m"
         yield place, f"{text}: is the decimal point right?"
+
+
+def more_joints_than_have_terms(arm: RobotArm) -> PlacedFindings:
+    """Not a fault of the arm, but what it cannot have here is best known at once."""
+    if arm.n_joints > MOST_JOINTS_WITH_TERMS:
+        limit = f"terms are ranked and chosen for up to {MOST_JOINTS_WITH_TERMS} joints"
+        hint = "hold some by --lock or --tip (URDF and MJCF), or expect elements only"
+        yield f"arm {arm.name}", f"{arm.n_joints} joints, but {limit}; {hint}"
 
 
 def massless_among_bodies(arm: RobotArm) -> PlacedFindings:
@@ -300,6 +309,7 @@ def heavier_than_links_before(arm: RobotArm) -> PlacedFindings:
 
 
 CHECKS: tuple[Callable[[RobotArm], PlacedFindings], ...] = (
+    more_joints_than_have_terms,
     gravity_too_strong, angle_beyond_a_turn, angle_of_pi_degrees, length_in_millimetres,
     offset_far_beyond_the_others, massless_among_bodies,
     prismatic_range_in_millimetres, revolute_range_in_degrees, velocity_in_degrees,

@@ -52,7 +52,8 @@ def read_text(path: Path, kind: str, most: int) -> str:
     except UnicodeDecodeError as error:
         problem = f"the {kind} is not text"
         detail = f"byte 0x{error.object[error.start]:02x} at {error.start}"
-    raise ArmError(problem, where=Location(path), expected="a text file in UTF-8", found=detail)
+    expected, hint = "a text file in UTF-8", "give the path of one that you may read"
+    raise ArmError(problem, where=Location(path), expected=expected, found=detail, next_step=hint)
 
 
 def parsed_toml(path: Path, text: str, kind: str) -> dict[str, Any]:
@@ -64,6 +65,8 @@ def parsed_toml(path: Path, text: str, kind: str) -> dict[str, Any]:
         line, column = (int(place[1]), int(place[2])) if place else (text.count("\n") + 1, None)
         where, detail = Location(path, line, column), re.sub(r" \(at .*\)$", "", str(error))
         problem, next_step = f"the {kind} is not valid TOML", "fix the syntax there"
+        if path.suffix.lower() != ".toml":  # it may be something else altogether
+            next_step = "fix it there; if it is no TOML, `gd-analyze arms puma560 --to toml` is an example"
     except ValueError:  # Python refuses integers of thousands of digits
         lines = enumerate(text.splitlines(), start=1)
         line = next((number for number, row in lines if re.search(r"\d[\d_]{4000}", row)), 1)
@@ -111,6 +114,7 @@ class Node:
     where: Location
     children: list[Node] = field(default_factory=list)
     content: str = ""
+    places: dict[str, Location] = field(default_factory=dict)  # of attributes that stand elsewhere
 
     def all(self, *tags: str) -> list[Node]:
         """Children with any of these tags."""
@@ -141,7 +145,8 @@ class Node:
         expected = "a finite number" if count == 1 else f"{count} finite numbers"
         problem = f"{key} of <{self.tag}> is not {expected}" + ("" if least < 0 else ", 0 or more")
         stated = repr(self.attributes[key]) if key in self.attributes else "nothing"
-        raise ArmError(problem, where=self.where, found=stated, next_step="fix the attribute there")
+        where = self.places.get(key, self.where)
+        raise ArmError(problem, where=where, found=stated, next_step="fix the attribute there")
 
     def is_not_zero(self, key: str) -> bool:
         """Whether an attribute is stated and is not 0."""
@@ -215,9 +220,7 @@ def read_xml(path: Path) -> Node:
     return roots[0]
 
 
-def parsed_model(
-    build: Callable[[], Any], kind: str, path: Path, lines: Mapping[tuple[str, str], Location]
-) -> Any:
+def parsed_model(build: Callable[[], Any], path: Path, lines: Mapping[tuple[str, str], Location]) -> Any:
     """Model built by Pinocchio; its parser's messages are kept off the terminal.
 
     If the parser fails, the ArmError holds them, with the line of the ("joint" or "link", name) they name.
@@ -240,6 +243,6 @@ def parsed_model(
     sentences = [line for line in sentences if not line.startswith("at line ")]
     named = re.findall(r"(link|joint) [\['\"](.*?)[\]'\"]", text, re.IGNORECASE)
     where = next((lines[noun.lower(), name] for noun, name in named if (noun.lower(), name) in lines), None)
-    message, expected = f"Pinocchio cannot read the {kind}", f"a {kind} of one robot"
+    message, expected = "Pinocchio cannot read the URDF", "a URDF of one robot"
     detail, where = sentences[:3] or "no reason given", where or Location(path)
     raise ArmError(message, where=where, expected=expected, found=detail, next_step="fix the file there")

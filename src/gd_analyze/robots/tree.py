@@ -12,13 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from numpy.polynomial import Polynomial
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, BranchError, Location
 from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
-from gd_analyze.units import UNITS, Quantity, joint_units
+from gd_analyze.units import Quantity, joint_units
 
 # Names listed in a message, at most.
 _MOST_NAMED = 10
@@ -61,11 +62,35 @@ class TreeJoint:
 
 
 class Mimic(NamedTuple):
-    """A joint that follows another: multiplier times its value plus offset."""
+    """A joint that follows another one's value by a polynomial; a constant if there is no other."""
 
     master: str
-    multiplier: float
-    offset: float
+    polynomial: Polynomial
+
+    @property
+    def text(self) -> str:
+        """The polynomial in words."""
+        offset, *factors = self.polynomial.coef
+        if len(factors) == 1:
+            return f"{factors[0]:g} times {self.master} plus {offset:g}"
+        return f"a polynomial of {self.master}" if factors else f"{offset:g}"
+
+
+class Tie(NamedTuple):
+    """Joints, or links, that cannot move independently of each other."""
+
+    sentence: str
+    where: Location
+    joints: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
+
+
+class Told(NamedTuple):
+    """A joint, link or other thing of which a sentence is told, and the joints or links that it acts on."""
+
+    name: str
+    where: Location
+    acts_on: tuple[str, ...]  # "" for all
 
 
 @dataclass
@@ -76,11 +101,15 @@ class Notes:
     lines: dict[tuple[str, str], Location] = field(default_factory=dict)  # by ("joint" or "link", name)
     above: dict[str, str] = field(default_factory=dict)  # parent of each link
     mimics: dict[str, Mimic] = field(default_factory=dict)  # by the following joint
-    loops: list[tuple[str, str, Location]] = field(default_factory=list)  # two links held together
+    ties: list[Tie] = field(default_factory=list)
     assumptions: list[str] = field(default_factory=list)
-    rangeless: dict[str, Location] = field(default_factory=dict)  # joints that should have a range
+    told: dict[str, list[Told]] = field(default_factory=dict)  # by the sentence that names them
     doubts: list[tuple[str, str]] = field(default_factory=list)  # joint or link ("" for all), sentence
     right_angles: RightAngles = field(default_factory=RightAngles)
+
+    def tell(self, sentence: str, name: str, where: Location, *acts_on: str) -> None:
+        """Note that a sentence is told of something, if it acts on the arm: by default on itself."""
+        self.told.setdefault(sentence, []).append(Told(name, where, acts_on or (name,)))
 
     def name(self, kind: str, node: Node, otherwise: str = "") -> str:
         """Name of a joint or link, whose line is noted; ArmError unless it is printable and unique."""
@@ -157,6 +186,10 @@ class Tree:
         """Line of a joint or link; None for a model in memory."""
         return self.notes.lines.get((kind, name))
 
+    def place(self, kind: str, name: str) -> Location | str:
+        """Line of a joint or link, or else the model, for messages."""
+        return self.line(kind, name) or self.where
+
     def configuration(self, held_values: Mapping[int, float]) -> FloatArray:
         """Pinocchio's configuration with the given joints at their values and all others at rest."""
         q: FloatArray = pin.neutral(self.model)
@@ -191,6 +224,7 @@ def chain_of(
     """
     joints = tree.joints
     locked = dict(_locked(tree, name, value) for name, value in lock.items())
+    _refuse_circles(tree, locked)
     start = 0 if base is None else tree.links[_known("link", base, "--base", tree, tree.links)]
     if tip is None:
         free = [joint for joint in joints if start in _ancestors(tree, joint)]
@@ -204,6 +238,7 @@ def chain_of(
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
     moving, names = {joint.index for joint in free}, {joint.name for joint in free}
+    led_from_aside = [joint for joint in free if _is_led_from_aside(tree, joint, moving, locked)]
     free = [joint for joint in free if not _follows_held(tree, joint, moving)]
     held_values = {joint.index: 0.0 for joint in joints if joint not in free} | locked
     index_of = {joint.name: joint.index for joint in joints}
@@ -212,14 +247,20 @@ def chain_of(
             follower = index_of.get(name)
             if follower in held_values and follower not in locked:
                 master = held_values.get(index_of.get(mimic.master, -1), 0.0)
-                held_values[follower] = mimic.multiplier * master + mimic.offset
+                held_values[follower] = float(mimic.polynomial(master))
     if not free:
         detail = f"{len(joints)} joints, all of them held" if joints else "only fixed joints"
         hint = "hold fewer joints" if joints else "check that the file describes an arm"
         raise ArmError("the robot has no joint that moves", where=tree.where, found=detail, next_step=hint)
-    _refuse_floating_and_loops(tree, free)
+    _refuse_floating_and_ties(tree, free)
     _refuse_branches(tree, free, locked)
     _refuse_follower(tree, _follower(tree, names, locked))
+    for joint in led_from_aside:
+        leader = tree.notes.mimics[joint.name].master
+        message = f"joint {joint.name} follows joint {leader}, which is not on the way to the tip"
+        hint = f"--lock {leader}=0 holds both of them"
+        text = tree.notes.mimics[joint.name].text
+        raise ArmError(message, where=tree.place("joint", joint.name), found=text, next_step=hint)
     _refuse_other_kinds(tree, free)
     return free, held_values
 
@@ -241,8 +282,10 @@ def _locked(tree: Tree, name: str, quantity: Quantity) -> tuple[int, float]:
     value = quantity.of_joint(turns) if joint.moves_simply else 0.0
     if value is None:
         message = f"this is no value of joint {name}, which {'turns' if turns else 'slides'}"
-        content = f"{quantity.si:g} {next(iter(UNITS.get(quantity.kind, {'': 1})))}".strip()
-        raise ArmError(message, where=f"--lock {name}", expected=joint_units(turns), found=content)
+        expected, hint = joint_units(turns), f"--lock {name}={'90deg' if turns else '20mm'} states the unit"
+        raise ArmError(
+            message, where=f"--lock {name}", expected=expected, found=str(quantity), next_step=hint
+        )
     return joint.index, value
 
 
@@ -267,6 +310,29 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
         raise ArmError(message, where=tree.line("joint", joint.name), found=master_text, next_step=hint)
     masters = [candidate.index for candidate in tree.joints if candidate.name == mimic.master]
     return not masters or masters[0] not in moving or not tree.carried_mass(joint)
+
+
+def _is_led_from_aside(tree: Tree, joint: TreeJoint, moving: Collection[int], locked: Container[int]) -> bool:
+    """Whether a joint on the way to the tip follows one that is not, and that nobody locked."""
+    leader = _leader(tree, joint, locked)
+    return leader is not None and leader.index not in moving
+
+
+def _refuse_circles(tree: Tree, locked: Container[int]) -> None:
+    """Refuse joints that follow each other in a circle, unless one of them is locked."""
+    index_of, mimics = {joint.name: joint.index for joint in tree.joints}, tree.notes.mimics
+    for name in mimics:
+        followed, at = list[str](), name
+        while at in mimics and at not in followed and index_of.get(at) not in locked:
+            followed.append(at)
+            at = mimics[at].master
+        if at in followed:
+            circle = followed[followed.index(at) :]
+            message = "joints follow each other in a circle, so that none of them leads"
+            hint = f"let one of them lead, or hold it: --lock {at}=0"
+            raise ArmError(
+                message, where=tree.place("joint", at), found=" follows ".join([*circle, at]), next_step=hint
+            )
 
 
 def _leader(tree: Tree, joint: TreeJoint, locked: Container[int]) -> TreeJoint | None:
@@ -308,37 +374,35 @@ def _refuse_follower(tree: Tree, pair: tuple[TreeJoint, TreeJoint] | None) -> No
     detail = "only serial chains can be modelled"
     mimic = tree.notes.mimics.get(follower.name)
     if mimic is not None:
-        detail = f"{mimic.multiplier:g} times {mimic.master} plus {mimic.offset:g}; {detail}"
+        detail = f"{mimic.text}; {detail}"
     hint = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
-    raise ArmError(
-        message, where=tree.line("joint", follower.name) or tree.where, found=detail, next_step=hint
-    )
+    raise ArmError(message, where=tree.place("joint", follower.name), found=detail, next_step=hint)
 
 
 def _locks(joints: Iterable[TreeJoint]) -> str:
     return " ".join(f"--lock {joint.name}=0" for joint in joints)
 
 
-def _refuse_floating_and_loops(tree: Tree, free: Sequence[TreeJoint]) -> None:
+def _refuse_floating_and_ties(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if joint.kind == "floating":
             message = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
             hint = f"--base {joint.link} fixes that link; or use a file with a fixed base"
-            raise ArmError(message, where=tree.line("joint", joint.name) or tree.where, next_step=hint)
-    for *links, where in tree.notes.loops:
-        ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in links]
-        between = [joint for joint in free if joint.index in ways[0] ^ ways[1]]
+            raise ArmError(message, where=tree.place("joint", joint.name), next_step=hint)
+    for tie in tree.notes.ties:
+        ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in tie.links]
+        apart = set[int]().union(*ways) - ways[0].intersection(*ways) if ways else set()
+        between = [joint for joint in free if joint.index in apart or joint.name in tie.joints]
         if between:
-            detail = f"joints that move in the loop: {some_names(joint.name for joint in between)}"
-            hint = f"{_locks(between)} holds them; or --tip selects an arm without the loop"
-            message = f"links {links[0]} and {links[1]} close a loop"
-            raise ArmError(message, where=where, found=detail, next_step=hint)
+            detail = f"joints that move with each other: {some_names(joint.name for joint in between)}"
+            hint = f"{_locks(between)} holds them; or --tip selects an arm without them"
+            raise ArmError(tie.sentence, where=tie.where, found=detail, next_step=hint)
 
 
 def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if not joint.moves_simply:
-            where = tree.line("joint", joint.name) or tree.where
+            where = tree.place("joint", joint.name)
             message = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
             hint = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
             raise ArmError(message, where=where, next_step=hint)

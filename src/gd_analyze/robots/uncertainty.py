@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Link, LinkUncertainty
 from gd_analyze.text import in_python, named_joints
@@ -54,6 +54,7 @@ def with_uncertainty(arm: RobotArm, uncertainty: StatedUncertainty | str) -> Rob
     """
     if isinstance(uncertainty, str):
         uncertainty = StatedUncertainty.parse(uncertainty)
+    require_type(uncertainty, StatedUncertainty, "uncertainty", "a StatedUncertainty or its text")
     stated = dict(uncertainty.quantities)
     return replace(arm, links=tuple(_stating(link, stated) for link in arm.links), spread=None)
 

@@ -1,7 +1,7 @@
 """Read a robot from URDF: what Pinocchio ignores silently is checked, and right angles are made exact.
 
-Pinocchio gets only links with inertia, and joints. Shapes are read for their outlines alone, materials and
-simulators' tags not at all.
+Pinocchio gets only links with inertia, and joints. Shapes are read for their outlines alone, simulators' tags
+for joints that close loops, materials not at all.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from numpy.polynomial import Polynomial
 
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.outlines import outline
 from gd_analyze.robots.text_file import Node, parsed_model
-from gd_analyze.robots.tree import Mimic, Notes, Tree
+from gd_analyze.robots.tree import Mimic, Notes, Tie, Tree
 from gd_analyze.text import number, number_in
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -37,10 +38,11 @@ def read_urdf(path: Path, root: Node) -> Tree:
         notes.name(node.tag, node)
     _refuse_undeclared_links(links, joints)
     _refuse_loops(joints, notes)
+    _note_ties(root, notes)
     _note_motor_inertias(root, notes)
     parts = [_link(node, notes) for node in links] + [_joint(node, notes) for node in joints]
     bare = Node("robot", {"name": "robot"}, root.where, parts)
-    model = parsed_model(lambda: pin.buildModelFromXML(bare.text()), "URDF", path, notes.lines)
+    model = parsed_model(lambda: pin.buildModelFromXML(bare.text()), path, notes.lines)
     notes.assumptions.append("URDF states no gravity; 9.81 m/s^2 along -z of the base are assumed.")
     name = root.attributes.get("name", "").strip() or path.stem
     return Tree(model, notes, name, "URDF", np.array([0.0, 0.0, -9.81]))
@@ -59,6 +61,16 @@ def _refuse_undeclared_links(links: list[Node], joints: list[Node]) -> None:
                 message = f"the {end} of joint {name} is a link that the file does not declare"
                 next_step = f'{hint} <link name="{escape(link)}"/>'
                 raise ArmError(message, where=joint.where, found=repr(link), next_step=next_step)
+
+
+def _note_ties(root: Node, notes: Notes) -> None:
+    """Note links that joints beside the tree hold together: simulators' own, and <loop_joint>."""
+    for joint in (child for part in root.all("gazebo") for child in part.all("joint")):
+        ends = tuple(node.content.strip() for node in joint.all("parent", "child"))
+        notes.ties.append(Tie(f"links {' and '.join(ends)} close a loop", joint.where, links=ends))
+    for joint in root.all("loop_joint"):
+        ends = tuple(node.attributes.get("link", "") for node in joint.all("link1", "link2"))
+        notes.ties.append(Tie(f"links {' and '.join(ends)} close a loop", joint.where, links=ends))
 
 
 def _note_motor_inertias(root: Node, notes: Notes) -> None:
@@ -159,7 +171,7 @@ def _joint(node: Node, notes: Notes) -> Node:
     limit = node.first("limit") or Node("limit", {}, node.where)
     stated = {key: limit.numbers(key, 1, "0") for key in ("lower", "upper")}
     if kind in ("revolute", "prismatic") and stated["lower"] == stated["upper"] == [0.0]:
-        notes.rangeless[name] = limit.where
+        notes.tell("no range stated for joint", name, limit.where)
     stated |= {key: limit.numbers(key, 1, "0", least=0) for key in ("effort", "velocity")}
     along = axis.kept((), {"xyz": notes.right_angles.direction(direction, child)})
     bare.children += [along, limit.kept((), stated)]
@@ -168,5 +180,5 @@ def _joint(node: Node, notes: Notes) -> Node:
         bare.children.append(dynamics.kept((), values))
     for mimic in node.all("mimic")[:1]:
         (multiplier,), (offset,) = mimic.numbers("multiplier", 1, "1"), mimic.numbers("offset", 1, "0")
-        notes.mimics[name] = Mimic(mimic.attributes.get("joint", ""), multiplier, offset)
+        notes.mimics[name] = Mimic(mimic.attributes.get("joint", ""), Polynomial([offset, multiplier]))
     return bare

@@ -22,8 +22,9 @@ from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
+from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.simplification.effects import Mask, TermTorques
-from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, has_more_terms
+from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import CandidateLevel, Costs, IntegerArray, Level, Terms
 from gd_analyze.simplification.selection import Selection, TermChoice
@@ -226,13 +227,17 @@ def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
 
 def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
-    if not has_more_terms(exact.form, MOST_TERMS):
+    reason = too_many_terms(exact.form)
+    if not reason:
         return
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
-    where, expected = f"level {level.name}", f"at most {MOST_TERMS} torque terms"
+    where, expected = (
+        f"level {level.name}",
+        f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms",
+    )
     next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
     next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
-    raise TooManyTermsError(message, where=where, expected=expected, found="more", next_step=next_step)
+    raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
 
 
 @lru_cache(maxsize=4)

@@ -38,6 +38,7 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import USUAL_GRAVITY, RobotArm
+from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.kept_program import Programs, Task, kept_programs, program_name
 from gd_analyze.simplification.torque_program import ROUGH, program_of_terms, torque_program
@@ -50,7 +51,6 @@ class _ExactSettings:
     quick_joints: int = 6  # most joints of an arm whose terms are all counted at once
     # Outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
     outer_joints: int = 4
-    identified_joints: int = 8  # most joints for which identifying the exact form takes a second
     # Most joints for which sums of terms may take fewer operations than the recursion: the number of terms
     # grows with the fourth power of the number of joints, the operations of the recursion with the first.
     joints_of_sums: int = 4
@@ -312,10 +312,10 @@ def shipped_name(form: ExactForm) -> str:
 
 
 def too_many_terms(form: ExactForm) -> str:
-    """Reason why exact equations are too long to choose terms from: "9 joints"; "" if they are not."""
+    """Reason why exact equations are too long to choose terms from: "9 joints, more than 8"; or ""."""
     n = form.arm.n_joints
-    if n > _SETTINGS.identified_joints:
-        return f"{n} joints"
+    if n > MOST_JOINTS_WITH_TERMS:
+        return f"{n} joints, more than {MOST_JOINTS_WITH_TERMS}"
     return f"more than {MOST_TERMS} torque terms" if has_more_terms(form, MOST_TERMS) else ""
 
 

@@ -21,7 +21,7 @@ from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
 from gd_analyze.motions.trajectory import Motion, Trajectory, listed
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.accuracy import (
     USUAL_STATES,
     Accuracy,
@@ -64,7 +64,7 @@ class ExactDynamics:
         Drives are included as asked for; by default if the decomposition, or else the arm, has them. Arm and
         trajectories may be shipped names, or paths of files. ArmError if D is not positive definite.
         """
-        arm = arm_of(arm)
+        arm = arm_with_masses(arm)
         if isinstance(motion_or_states, Trajectory | str | Path | Sequence):
             motion_or_states = states_of(trajectory_of(motion_or_states, arm))
         if isinstance(motion_or_states, States):

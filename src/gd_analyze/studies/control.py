@@ -13,14 +13,14 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, Warned
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, TrajectoryError, Warned, require_type
 from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, completed
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
@@ -221,8 +221,9 @@ def control(
     True
     """
     require_model(model)
-    settings = settings or ControlSettings()
-    moved = model.arm if arm is None else arm_of(arm)
+    settings = ControlSettings() if settings is None else settings
+    require_type(settings, ControlSettings, "settings", "a ControlSettings object, or None")
+    moved = model.arm if arm is None else arm_with_masses(arm)
     require_arm(model, moved)
     motion = trajectory_of(trajectory, model.arm)
     require_trajectory_joints(motion, model.arm)

@@ -28,7 +28,7 @@ from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.accuracy import STATED, Accuracy, ErrorTable, share_of
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact_dynamics import allowed_by
@@ -349,7 +349,7 @@ def evaluate(
         If limits of the box are assumed as the arm states none, or a motion exceeds the drives' torque.
     """
     require_model(model)
-    arm = model.arm if arm is None else arm_of(arm)
+    arm = model.arm if arm is None else arm_with_masses(arm)
     require_arm(model, arm)
     limit, box = _limit_of(fail_over), box_of(box, arm)
     if strict and limit is None:

@@ -15,7 +15,7 @@ from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.collect import collect_step
 from gd_analyze.studies.steps.decompose import StepProgress, decompose_step
@@ -116,7 +116,7 @@ def analyze(
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
     folder, warned = path_of(out), Warned()
     with warned.collecting():
-        arm = arm_of(arm)
+        arm = arm_with_masses(arm)
         motion = trajectory_of(trajectory, arm)
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)

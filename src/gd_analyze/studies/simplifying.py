@@ -18,7 +18,7 @@ from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
@@ -133,7 +133,7 @@ def simplify(
     >>> bool((model.accuracy.certificate.certified <= model.accuracy.allowed).all())
     True
     """
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
     options = SearchOptions(
         level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
     )

@@ -17,10 +17,10 @@ from gd_analyze.arrays import ROUND_OFF_SHARE, Array, FloatArray
 from gd_analyze.cache import without_cache
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, elements
 from gd_analyze.dynamics.many_arms import CONTRIBUTIONS, VERDICT_NAMES, peaks
-from gd_analyze.errors import UsageError, require_type
+from gd_analyze.errors import UsageError, require_type, require_whole
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
@@ -153,7 +153,8 @@ def sweep(
 
     if operations is not None:
         require_word(operations, (QUICK, NONE, *LEVELS), "operations")
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
+    require_whole(seed, "seed", 0)
     varied = VariedArm(arm)
     ranges, budget = _ranges_of(vary, varied), _usable(budget)
     names = [span.parameter.name for span in ranges]

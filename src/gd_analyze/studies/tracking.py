@@ -20,7 +20,7 @@ from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import Fact, Result
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies import control_bounds as bounds
@@ -239,7 +239,7 @@ def tracking_budget(
     >>> str(gd.tracking_budget("two_link", "two-link-swing", "0.2deg at 20 rad/s")) == str(budget.scaled(2.0))
     True
     """
-    robot, budget = arm_of(arm), TrackingBudget.parse(f"tracking {text}")
+    robot, budget = arm_with_masses(arm), TrackingBudget.parse(f"tracking {text}")
     assert budget is not None  # of that word
     form, motion = ExactForm(robot, robot.counts_drives(drives)), trajectory_of(trajectory, robot)
     return Budget.of_torques(budget.torques(form, motion).tolist())

@@ -19,7 +19,7 @@ from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_of
+from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import describe_in_full
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import StatedUncertainty, with_uncertainty
@@ -56,7 +56,7 @@ def read_step(
     arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Settings, command: str
 ) -> RunInputs:
     """Read the inputs, and refuse those that do not fit together."""
-    arm = arm_of(arm)
+    arm = arm_with_masses(arm)
     if isinstance(settings.uncertainty, StatedUncertainty):
         arm = with_uncertainty(arm, settings.uncertainty)
     motion = trajectory_of(trajectory, arm)
