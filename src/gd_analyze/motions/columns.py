@@ -331,7 +331,7 @@ def _uses(
             step = f"choose: {' or '.join(pairs)}"
             raise refusal(message, where, "one", candidates, step)
         else:
-            column, why = columns[0], family.why
+            column, why = columns[0], "as given" if role in log.patterned else family.why
         stated_unit, is_revolute = log.meanings[column].unit, joint.kind == "revolute"
         if not stated_unit:
             degrees = log.reading.degrees and is_revolute and role != "torque"

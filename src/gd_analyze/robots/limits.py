@@ -98,24 +98,27 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
     limits: dict[str, float] = {}
     for name, value in stated.items():
         quantity = Quantity.read(value)
-        if name != "all" and name not in names and name and quantity is not None:
-            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
-            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
-            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
         if quantity is None or not quantity.si > 0 or not name:
             message = "this is not an acceleration limit"
             value_text = f"{name}={value}" if name else in_python(statement)
             expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
+        if name != "all" and name not in names:
+            message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
+            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
+            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
         for joint in names if name == "all" else [name]:
             number = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
             if number is None:
-                message = (
-                    f"this is no acceleration of joint {joint}, which {'turns' if turns[joint] else 'slides'}"
+                kind, unit = ("turns", "deg") if turns[joint] else ("slides", "mm")
+                message = f"this is no acceleration of joint {joint}, which {kind}"
+                expected, hint = (
+                    joint_units(turns[joint], "/s^2"),
+                    f"--limits {joint}=600{unit} states the unit",
                 )
-                expected = joint_units(turns[joint], "/s^2")
-                raise UsageError(message, where="--limits", expected=expected, found=f"{name}={value}")
+                fault = f"{name}={value}"
+                raise UsageError(message, where="--limits", expected=expected, found=fault, next_step=hint)
             limits[joint] = number
     return limits
 

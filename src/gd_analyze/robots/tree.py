@@ -19,7 +19,7 @@ from gd_analyze.errors import ArmError, BranchError, Location
 from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
-from gd_analyze.units import UNITS, Quantity, joint_units
+from gd_analyze.units import Quantity, joint_units
 
 # Names listed in a message, at most.
 _MOST_NAMED = 10
@@ -282,8 +282,10 @@ def _locked(tree: Tree, name: str, quantity: Quantity) -> tuple[int, float]:
     value = quantity.of_joint(turns) if joint.moves_simply else 0.0
     if value is None:
         message = f"this is no value of joint {name}, which {'turns' if turns else 'slides'}"
-        content = f"{quantity.si:g} {next(iter(UNITS.get(quantity.kind, {'': 1})))}".strip()
-        raise ArmError(message, where=f"--lock {name}", expected=joint_units(turns), found=content)
+        expected, hint = joint_units(turns), f"--lock {name}={'90deg' if turns else '20mm'} states the unit"
+        raise ArmError(
+            message, where=f"--lock {name}", expected=expected, found=str(quantity), next_step=hint
+        )
     return joint.index, value
 
 
