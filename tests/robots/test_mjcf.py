@@ -61,11 +61,22 @@ def test_shapes_weigh_where_nothing_is_stated_and_meshes_are_doubted(written):
     np.testing.assert_allclose(arm.inertia_com[0].diagonal(), [0.13, 0.1, 0.05], rtol=1e-15)
     assert "primitive shapes" in arm.assumptions[0]
     mesh = '<geom type="mesh" mesh="shell"/>'
-    with pytest.warns(GdAnalyzeWarning, match=r"without <inertial>, in body arm \(line 4\)"):
+    with pytest.warns(GdAnalyzeWarning, match=r"no <inertial>, and meshes .* in body arm \(line 4\)"):
         gd.load_arm(written(mjcf(f'<body name="arm">{joint}{box}{mesh}</body>')))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         gd.load_arm(written(mjcf(f'<body name="pedestal">{mesh}{two()}</body>')))  # the base does not move
+
+
+def test_joints_of_one_body_have_links_of_nothing_between_them_which_nobody_misses(written):
+    body = "<body name='{}' pos='0.3 0 0'>{}{}</body>"
+    inertial = '<inertial pos="0.1 0 0" mass="2" diaginertia=".005 .006 .007"/>'
+    joints = "<joint axis='0 0 1'/>", "<joint axis='0 1 0'/><joint axis='1 0 0'/>", "<joint axis='0 1 0'/>"
+    inner = ""
+    for name, joint in zip("cba", reversed(joints), strict=True):
+        inner = body.format(name, joint + inertial, inner)
+    arm = gd.load_arm(written(mjcf(inner)))
+    assert arm.mass.tolist() == [2.0, 0.0, 2.0, 2.0]
 
 
 DEFAULT = "<default><joint range='-1 2'/><general forcerange='-7 5' gear='3'/></default>"

@@ -98,8 +98,8 @@ def _bodies(node: Node, parent: str, compiler: Compiler, notes: Notes) -> Iterat
         ]
         inertia, made_from = compiler.inertia(child, name, place)
         if made_from == "meshes":
-            why = "without <inertial>" if child.first("inertial") is None else "by inertiafromgeom"
-            notes.tell(f"meshes of unknown mass weigh, {why}, in body", name, child.where)
+            states = "no <inertial>" if child.first("inertial") is None else "inertiafromgeom"
+            notes.tell(f"{states}, and meshes of unknown mass, in body", name, child.where)
         _tell(child, "body", name, notes)
         for plugin in child.all("plugin"):
             notes.tell("forces of plugins are ignored, of body", name, plugin.where)

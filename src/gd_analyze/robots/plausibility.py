@@ -150,7 +150,9 @@ def massless_among_bodies(arm: RobotArm) -> PlacedFindings:
     heavy = [k for k, (_, link) in enumerate(stated) if weighs(link)]
     for k, (place, link) in enumerate(stated):
         is_nothing = link.mass < NO_MASS and not link.inertia_com.any()
-        if is_nothing and heavy and heavy[0] < k < heavy[-1]:
+        # Several joints of one body have links of nothing between them.
+        is_within = heavy and heavy[0] < k < heavy[-1] and stated[k + 1][0] != place
+        if is_nothing and is_within:
             yield place, f"link {link.name} has no mass, but links before and after it have; is it missing?"
 
 

@@ -231,10 +231,8 @@ def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
     if not reason:
         return
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
-    where, expected = (
-        f"level {level.name}",
-        f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms",
-    )
+    where = f"level {level.name}"
+    expected = f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms"
     next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
     next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
     raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
