@@ -84,7 +84,7 @@ def test_the_report_says_when_and_how_surely(puma_findings):
 
 
 def test_gaps_between_motions_are_empty(two_link):
-    motions = [swung(2.0, "slow"), swung(1.0, "fast"), swung(1.5, "last")]
+    motions = [swung(4.0, "slow"), swung(2.2, "fast"), swung(3.0, "last")]  # within the arm's limits
     findings = gd.analyze(two_link, motions)
     (panel,) = dominance_figure(findings).panels
     cells = panel.items[0]

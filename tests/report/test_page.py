@@ -97,6 +97,7 @@ def test_where_nothing_can_be_dropped_there_is_no_slider() -> None:
     assert "would not save an operation" in words_of(page)
 
 
+@pytest.mark.filterwarnings("ignore::gd_analyze.GdAnalyzeWarning")  # of what is odd about these
 @pytest.mark.parametrize(
     "make",
     [long(make) if name in LONG_EDGES else make for name, make in EDGES.items()],
@@ -137,6 +138,7 @@ def test_a_program_is_shown_as_named_steps(fast: Findings) -> None:
     assert page.data["budgets"] is None or page.data["budgets"]["keeps"] == ""
 
 
+@pytest.mark.filterwarnings("ignore:.*single terms are not:gd_analyze.GdAnalyzeWarning")
 @pytest.mark.parametrize("why", ["too many in all", "too many for the budget"])
 def test_without_a_readable_model_the_dominant_elements_are_shown(
     why: str, two_link: RobotArm, swing: Trajectory, monkeypatch: pytest.MonkeyPatch
