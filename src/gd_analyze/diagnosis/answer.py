@@ -86,6 +86,11 @@ def answer(diagnosis: Diagnosis) -> str:
     return " ".join(texts)
 
 
+def typed_together(remedies: Sequence[str]) -> str:
+    """Remedies of several causes: options as they are typed together, or one after the other."""
+    return (" " if all(remedy.startswith("--") for remedy in remedies) else "; ").join(remedies)
+
+
 def advice(causes: Sequence[Candidate]) -> str:
     """What to do about causes, a sentence or two."""
     options = " ".join(cause.remedy for cause in causes if cause.remedy.startswith("--"))

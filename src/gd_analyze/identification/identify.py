@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
+from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned, typed_together
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
@@ -205,12 +205,13 @@ def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
         diagnosis = diagnose(arm, motions, thorough=False)
     except UsageError:  # nothing moves, of which more is told below
         return
-    # Of a cause that other masses explain, too, doubts are told.
-    if diagnosis.cause is not None and not diagnosis.cause.unsure:
+    # Of causes that other masses explain, too, doubts are told.
+    if any(not cause.unsure for cause in diagnosis.causes):
+        remedies = typed_together([cause.remedy for cause in diagnosis.causes])
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {answer(diagnosis)}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{diagnosis.cause.remedy}; --anyway (anyway=True) identifies all the same",
+            next_step=f"{remedies}; --anyway (anyway=True) identifies all the same",
         )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.answer import answer, what_remains_follows
+from gd_analyze.diagnosis.answer import answer, typed_together, what_remains_follows
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
@@ -117,9 +117,7 @@ def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact, ...]:
     has_cause = tabulated.sizes["cause"] > 0
     name = str(tabulated.cause_name.values[0]) if has_cause else None
     remedies = tabulated.cause_remedy.values[~tabulated.cause_rival.values].tolist()
-    # Options are typed together; edits stand beside.
-    separator = " " if all(remedy.startswith("--") for remedy in remedies) else "; "
-    remedy = separator.join(remedies) if has_cause else None
+    remedy = typed_together(remedies) if has_cause else None
     before, after = (_mean(tabulated[f"remains_{when}"].values) for when in ("before", "after"))
     off = float(tabulated.attrs["masses_off"]) if compared_joints(tabulated) else None
     return (
