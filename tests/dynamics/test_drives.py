@@ -11,7 +11,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics.drivetrain import coulomb_friction, least_friction, viscous_coefficients
 from gd_analyze.dynamics.kinematics import kinetic_energy
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, TorqueLimitWarning
 from gd_analyze.tables import joint_accelerations
 from gd_analyze.types import Drive, Drivetrain
 from strategies import random_states
@@ -79,7 +79,8 @@ def test_impossible_drives_and_none(puma, two_link, swing):
         with pytest.raises(ArmError, match="describes no drives"):
             use(two_link)
     idle = dataclasses.replace(two_link, drives=(Drive(torque_limit=10.0), Drive(torque_limit=5.0)))
-    assert not gd.simplify(idle, swing, "10%").drives  # they state no inertia
+    with pytest.warns(TorqueLimitWarning, match="joint 1"):
+        assert not gd.simplify(idle, swing, "10%").drives  # they state no inertia
 
 
 def test_decompositions_and_models_include_them(puma, pick_and_place, pick_and_place_dataset):

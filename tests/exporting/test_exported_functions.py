@@ -394,7 +394,10 @@ def test_a_model_from_its_file_is_written_the_same(case, tmp_path):
     model = subject(case).model
     gd.save_model(model, tmp_path / "model.json")
     again = gd.load_model(tmp_path / "model.json")
-    assert gd.export(model, LANGUAGES).files == gd.export(again, LANGUAGES).files
+    # Errors at states that only its maker has are stated in the file, and said to be.
+    assert gd.export(again, LANGUAGES).files != gd.export(model, LANGUAGES).files
+    again = again.stating(replace(again.accuracy, measured=True))
+    assert gd.export(again, LANGUAGES).files == gd.export(model, LANGUAGES).files
 
 
 @pytest.mark.parametrize(

@@ -45,14 +45,16 @@ def couple(joint: int, neighbour: int, factor: float) -> str:
 def scaled_positions(factors: FloatArray, torques: FloatArray) -> str:
     """Options that multiply joint variables and torques, each joint's by its own factors."""
     # --couple keeps power, so that it divides torques by the factors of positions.
-    options = [f"--couple q{i + 1}={plain(x)}*q{i + 1}" for i, x in enumerate(factors.tolist()) if x != 1.0]
+    options = [
+        f"--couple q{i + 1}={typed_number(x)}*q{i + 1}" for i, x in enumerate(factors.tolist()) if x != 1.0
+    ]
     constants = [float(f"{x:.10g}") for x in factors * torques]
     if constants != [1.0] * len(constants):
-        options.insert(0, f"--torque-constant {','.join(map(plain, constants))}")
+        options.insert(0, f"--torque-constant {','.join(map(typed_number, constants))}")
     return " ".join(options)
 
 
-def plain(value: float) -> str:
+def typed_number(value: float) -> str:
     """A number without an exponent."""
     return np.format_float_positional(value, precision=9, fractional=False, trim="-")
 
