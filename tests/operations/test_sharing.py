@@ -40,7 +40,7 @@ def program_of(values) -> Program:
     """The program that some values of the variables make."""
     trace = Trace()
     angle, *moving = (trace.record("input", name) for name in ("q1", "qd1", "qd2", "qd3"))
-    variables = dict(zip("abd", moving, strict=True)) | {"C": angle.cos(), "S": angle.sin()}
+    variables = dict(zip(NAMES[:3], moving, strict=True)) | {"C": angle.cos(), "S": angle.sin()}
     return Program.of(trace, values(variables.__getitem__))
 
 
