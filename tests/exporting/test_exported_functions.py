@@ -27,11 +27,11 @@ from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.simplification.torque_program import ROUGH
-from gd_analyze.tables import with_payload
+from gd_analyze.tables import states_of, with_payload
 from gd_analyze.types import ExactDynamics, ExactForm, Placement
 from long_cases import long, long_but
 from made_models import ROUND_OFF
-from recordings import recorded
+from recordings import friction_of, recorded, swinging, with_torques
 from rounded_programs import PAYLOAD, given_of, slope
 from strategies import random_inertia
 
@@ -345,6 +345,22 @@ def test_fitted_friction_is_exported(two_link, tmp_path, friction, levels):
         torque = values(ExportInput.of_model(model).with_functions(["friction"]), drawn)["tau_friction"]
         # The log has no noise: least squares of 500 readings, with a condition of some tens.
         np.testing.assert_allclose(torque, wanted, rtol=0, atol=1e-9)
+
+
+def test_friction_that_a_log_does_not_determine_stays_the_files(two_link):
+    """A joint that moves one way only: its offset is its Coulomb friction, which must not be added twice."""
+    own = (gd.types.Drive(coulomb=(5.0, -5.0), viscous=1.0), gd.types.Drive(coulomb=(4.0, -4.0), viscous=1.0))
+    arm = replace(two_link, drives=own)
+    both = swinging(arm)
+    q, qd, qdd = (array.copy() for array in (both.q, both.qd, both.qdd))
+    q[:, 0], qd[:, 0], qdd[:, 0] = 0.1 * both.time, 0.1, 0.0
+    motion = replace(both, q=q, qd=qd, qdd=qdd)
+    torque = torque_of(arm, states_of(motion)) + friction_of(motion, 3.0, 1.5, 0.0)
+    log = with_torques(motion, torque)
+    with pytest.warns(gd.GdAnalyzeWarning, match="friction of joint 1"):
+        model = gd.analyze(arm, log, fit_friction=True, at_set_points=True).model
+    assert model.arm.drives[0] == own[0]
+    assert model.arm.drives[1] != own[1]
 
 
 @pytest.mark.parametrize("drives", [(), (gd.types.Drive(inertia=0.1),) * 2])

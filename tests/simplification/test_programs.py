@@ -38,7 +38,7 @@ from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH, torque_program
 from gd_analyze.studies.comparison import count_cost
 from gd_analyze.tables import decompose_states
-from gd_analyze.types import ExactDynamics, ExactForm, RobotArm, States
+from gd_analyze.types import LEVELS, ExactDynamics, ExactForm, RobotArm, States
 from long_cases import long, long_but
 from parallel_axes import arm_of, scara
 from strategies import arms, arms_with_states, examples, random_states
@@ -336,6 +336,32 @@ def test_no_program_is_dearer_than_one_that_follows_from_it_by_folding(name, has
         *zip(form.functions, heavy.functions, strict=True),
     ):
         assert program.count.total <= longer.count.total
+
+
+@pytest.mark.parametrize("name", ["two_link", long("puma560"), long("stanford")])
+def test_d_and_h_do_not_depend_on_gravity_nor_h_and_c_on_drives(name):
+    arm = load_arm(name)
+    for drives in sorted({False, bool(arm.drives)}):
+        level = ExactForm(arm, drives).functions
+        for gravity in ((0.0, 0.0, 9.8062), (9.8062, 0.0, 0.0), (3.0, 1.0, -9.0)):
+            turned = ExactForm(dataclasses.replace(arm, gravity=np.array(gravity)), drives).functions
+            assert turned.inertia.count.total <= level.inertia.count.total
+            assert turned.coriolis_centrifugal.count.total <= level.coriolis_centrifugal.count.total
+        links = ExactForm(arm).functions
+        assert level.coriolis_centrifugal.count.total <= links.coriolis_centrifugal.count.total
+        assert level.gravity_loading.count.total <= links.gravity_loading.count.total
+
+
+def test_a_program_that_is_the_exact_one_has_the_exact_functions(two_link, swing):
+    """At any level: one without terms says nothing of D, h and c by itself."""
+    exact = ExactDynamics.of(two_link, swing)
+    for level in LEVELS.values():
+        model = exactly(exact, level, exact.peak_torque, "100%")
+        again = dataclasses.replace(
+            model, program=exact.form.recursion if level.is_program else model.program
+        )
+        assert model.functions.operations == exact.form.functions.operations
+        assert again.functions.operations.total >= model.functions.operations.total
 
 
 @examples(6)

@@ -8,12 +8,12 @@ Armstrong-Helouvry (1994).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.motions.states import checked_states
@@ -32,6 +32,9 @@ class Drivetrain:
     # Velocity, rad/s (m/s), below which Coulomb friction fades out as tanh(qd / rest_velocity): an integrator
     # cannot step over a jump. A joint held by Coulomb friction alone creeps at a few of these
     rest_velocity: float = 1e-2
+
+    def __post_init__(self) -> None:
+        require_flags_of(self)
 
     def inertia_of(self, arm: RobotArm) -> FloatArray:
         """Addition to D's diagonal, shape (n,); raises ArmError if the arm describes no drives."""
@@ -85,14 +88,19 @@ def rubbing(drive: Drive, coulomb: float, viscous: float, offset: float) -> Driv
 
 
 def with_friction(arm: RobotArm, terms: FloatArray) -> RobotArm:
-    """The arm with fitted friction, `Friction.terms` of shape (n, 3); its own where one of them is nan."""
-    drives = []
-    for drive, values in zip(arm.drives or (Drive(),) * arm.n_joints, terms.tolist(), strict=True):
-        ratio, (forward, backward) = abs(drive.gear_ratio), drive.coulomb
-        own = ratio * (forward - backward) / 2.0, ratio**2 * drive.viscous, ratio * (forward + backward) / 2.0
-        fitted = (o if math.isnan(value) else value for value, o in zip(values, own, strict=True))
-        drives.append(rubbing(drive, *fitted))
-    return replace(arm, drives=tuple(drives))
+    """The arm with fitted friction, `Friction.terms` of shape (n, 3); a joint with a nan keeps its own.
+
+    Terms that the log does not tell apart are not mixed with others: of a joint that moved one way only, the
+    offset is Coulomb friction.
+    """
+    drives = arm.drives or (Drive(),) * arm.n_joints
+    return replace(
+        arm,
+        drives=tuple(
+            drive if np.isnan(fitted).any() else rubbing(drive, *fitted)
+            for drive, fitted in zip(drives, terms.tolist(), strict=True)
+        ),
+    )
 
 
 def has_friction(arm: RobotArm) -> bool:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
@@ -191,6 +192,7 @@ class RobotArm:
         is_number = word.isascii() and word.isdigit() and 1 <= int(word[:9]) <= self.n_joints
         return int(word) - 1 if is_number else None
 
+    @strict
     def counts_drives(self, drives: bool | None = None) -> bool:
         """Whether to include the drives' inertia: as `drives` says, or else if the arm describes any."""
         return any(drive.inertia > 0.0 for drive in self.drives) if drives is None else drives
@@ -209,6 +211,7 @@ class RobotArm:
             raise ArmError(f"arm {self.name} describes no drives", where=f"arm {self.name}", next_step=hint)
         return _read_only([drive.inertia for drive in self.drives])
 
+    @strict
     def inertia(self, q: ArrayLike, *, by_effect: bool = False, drives: bool | None = None) -> FloatArray:
         """Mass matrix D.
 
@@ -245,6 +248,7 @@ class RobotArm:
         """
         return self._dynamics.inertia(q, by_effect, drives)
 
+    @strict
     def christoffel(self, q: ArrayLike, *, by_effect: bool = False) -> FloatArray:
         """Coefficients h_ijk of h, so that h_i sums h_ijk qd_j qd_k over j and k.
 
@@ -265,6 +269,7 @@ class RobotArm:
         """
         return self._dynamics.christoffel(q, by_effect)
 
+    @strict
     def coriolis_centrifugal(self, q: ArrayLike, qd: ArrayLike, *, by_effect: bool = False) -> FloatArray:
         """Coriolis and centrifugal torque h.
 
@@ -307,6 +312,7 @@ class RobotArm:
         """
         return self._dynamics.gravity_loading(q)
 
+    @strict
     def torque(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, drives: bool | None = None
     ) -> FloatArray:
@@ -332,6 +338,7 @@ class RobotArm:
         """
         return self._dynamics.torque(q, qd, qdd, drives)
 
+    @strict
     def forward_dynamics(
         self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, *, drives: bool | None = None
     ) -> FloatArray:

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
 from gd_analyze.files import shipped
@@ -89,6 +90,7 @@ class ExactForm:
     drives: bool = False
 
     def __post_init__(self) -> None:
+        require_flags_of(self)
         if self.drives:
             self.arm.drive_inertia  # noqa: B018 - an ArmError, unless the arm describes drives
 
@@ -196,14 +198,21 @@ class ExactForm:
         return (rewritten(fewest(programs)),)
 
     def _shortest_functions(self) -> Programs:
-        if not self.arm.gravity.any():
-            inertia, h, _ = self._with_gravity.functions
-            return inertia, h, gravity_loading_program(self.program, self.arm.n_joints)
-        return tuple(map(rewritten, functions_to_rewrite(self, self.program)))
+        """D, h and c; D depends on no gravity, c on no drives, and h on neither."""
+        own = functions_to_rewrite(self, self.program)
+        if not np.array_equal(self.arm.gravity, USUAL_GRAVITY):
+            level = self._with_gravity.functions
+            h = fewest([level.coriolis_centrifugal, own.coriolis_centrifugal])
+            return fewest([level.inertia, own.inertia]), h, rewritten(own.gravity_loading)
+        if self.drives:
+            links = ExactForm(self.arm).functions
+            h = fewest([links.coriolis_centrifugal, own.coriolis_centrifugal])
+            return rewritten(own.inertia), h, fewest([links.gravity_loading, own.gravity_loading])
+        return tuple(map(rewritten, own))
 
     @property
     def _with_gravity(self) -> ExactForm:
-        """The same arm with gravity, which may be shipped: without it, nothing takes more operations."""
+        """The same arm under usual gravity, which may be shipped: D and h depend on none."""
         return ExactForm(replace(self.arm, gravity=np.array(USUAL_GRAVITY)), self.drives)
 
     @cached_property

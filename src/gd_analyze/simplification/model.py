@@ -19,7 +19,7 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
-from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.program import OperationCount, Program, plain_program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import STATED, Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.exact import ExactForm
@@ -244,12 +244,19 @@ class SimplifiedModel:
     @cached_property
     def functions(self) -> Functions:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
+        if self._drops_nothing:
+            return self.form.functions
         if not self.level.has_torque_terms:
             return functions_of(self.program, self.arm.n_joints)
-        if self.terms == self.level.terms(self.form):
-            return self.form.functions
         by_terms = functions_of_terms(self.form.velocities, self.torques, FINAL)
         return by_terms.cheapest(functions_of(self.program, self.arm.n_joints, symmetric=True))
+
+    @property
+    def _drops_nothing(self) -> bool:
+        """Whether it is the exact dynamics: all terms of its level or, without terms, the exact program."""
+        if self.level.is_program:
+            return plain_program(self.program) == plain_program(self.form.program)
+        return self.terms == self.level.terms(self.form)
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.

@@ -184,10 +184,13 @@ def _cost_table(arm: RobotArm) -> Table:
     for attribute, label in (("executed", "as executed"), ("folded", "folded")):
         counts = [getattr(count_cost(method, arm), attribute) for method in METHODS.values()]
         columns.append(Column(attribute, "", [asdict(count) for count in counts]))
-        columns.append(Column("", label, [f"{x.multiplications} + {x.additions}" for x in counts]))
+        cells = [f"{x.multiplications} + {x.additions}, {x.sines_cosines}" for x in counts]
+        columns.append(Column("", label, cells))
     for key in ("growth", "form"):
         columns.append(Column(key, key, [getattr(m, key) for m in METHODS.values()], shown="text"))
-    return Table("methods", "Operations of one torque: multiplications + additions", tuple(columns))
+    return Table(
+        "methods", "Operations of one torque: multiplications + additions, sines and cosines", tuple(columns)
+    )
 
 
 def _differences_table(agreed: Agreement) -> Table:

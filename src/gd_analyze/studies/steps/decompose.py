@@ -12,7 +12,7 @@ from gd_analyze.diagnosis.diagnose import diagnosed
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
-from gd_analyze.errors import LeadingWarning, UsageError
+from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning, UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_result import is_described, torque_warning
@@ -22,6 +22,7 @@ from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
+from gd_analyze.text import named_joints
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,7 +71,12 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
             text = torque_warning(measured_torque, arm, diagnosis, answer)
             warnings.warn(text, LeadingWarning, stacklevel=2)
         if inputs.settings.fit_friction:
-            arm = with_friction(arm, comparison.friction.terms)
+            terms = comparison.friction.terms
+            if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
+                joints = named_joints(unknown, arm.n_joints)
+                text = f"the log does not determine the friction of {joints}: the model has the file's there"
+                warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+            arm = with_friction(arm, terms)
     return RunDynamics(points, exact, residuals, measured_torque, arm, diagnosis, too_many_terms(exact.form))
 
 
