@@ -131,9 +131,9 @@ def test_named_budgets_are_stops_of_the_slider(puma_findings: Findings) -> None:
     assert [button["aria-pressed"] for button in buttons].count("true") == 1
     words = " ".join(page.text.split())
     for row in stops.to_dataframe().itertuples():
-        apart = f"D, h, c in {row.operations} and {row.sines_cosines} sin, cos"
-        torque = f"torque in {row.operations_torque} and {row.sines_cosines_torque}"
-        assert f"{row.terms} terms; {apart}; {torque};" in words
+        apart = f"D, h, c {row.operations}/{row.sines_cosines}"
+        torque = f"torque {row.operations_torque}/{row.sines_cosines_torque}"
+        assert f"{row.terms} terms; {apart}, {torque};" in words
         # The position is that of the named budget's own model.
         kept = budgets.isel(position=row.position)
         assert (int(kept.operations_apart), int(kept.kept.sum())) == (row.operations, row.terms)

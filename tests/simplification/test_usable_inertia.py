@@ -63,7 +63,7 @@ def case_of(name: str) -> Case:
     if name.startswith("seven"):
         arm = seven_joints("with" in name)
         # Its last joint carries next to nothing, of which a share would be next to no torque.
-        return Case(arm, swinging(arm, 40), "with" in name, "5% or 0.5")
+        return Case(arm, swinging(arm, 40), "with" in name, "5% or 0.4")
     robot, motion, *without = name.split()
     arm = gd.load_arm(robot)
     if motion == "planned":

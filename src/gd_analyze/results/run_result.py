@@ -116,7 +116,7 @@ def stop_rows(findings: Findings) -> list[Row]:
 
 
 def _stop_words(row: Row, proof: str) -> str:
-    """Terms, operations and used share of a budget's model: "14 terms; D, h, c in 17 and 6 sin, cos; ..."."""
+    """Terms, operations and used share of a budget's model: "14 terms; D, h, c 17/8, torque 35/4; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
         if _is_wider(row):
@@ -127,8 +127,8 @@ def _stop_words(row: Row, proof: str) -> str:
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = (
-        f"D, h, c in {row['operations']} and {row['sines_cosines']} sin, cos; "
-        f"torque in {row['operations_torque']} and {row['sines_cosines_torque']}"
+        f"D, h, c {row['operations']}/{row['sines_cosines']}, "
+        f"torque {row['operations_torque']}/{row['sines_cosines_torque']}"
     )
     return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
 

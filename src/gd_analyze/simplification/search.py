@@ -71,10 +71,13 @@ def selected_terms(
         candidates, selection = usable
     if options.thorough:
         selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
-        shorter = settings.scaled(_SETTINGS.continued_share)
-        improved = _with_usable_inertia(candidates, selection, inertia, exact, settings, improving=shorter)
-        if usable is not None and improved is not None:
-            candidates, selection = improved
+        if usable is not None:
+            shorter = settings.scaled(_SETTINGS.continued_share)
+            improved = _with_usable_inertia(
+                candidates, selection, inertia, exact, settings, improving=shorter
+            )
+            # Attempts that leave no usable D are of no use where there was one.
+            candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
     terms, is_refitted = candidates.chosen(selection.selected), False
     if options.refit:
