@@ -13,6 +13,7 @@ from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.of_positions import TimeUnit
+from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.text import named_joints, percent
 
 
@@ -86,14 +87,9 @@ def answer(diagnosis: Diagnosis) -> str:
     return " ".join(texts)
 
 
-def typed_together(remedies: Sequence[str]) -> str:
-    """Remedies of several causes: options as they are typed together, or one after the other."""
-    return (" " if all(remedy.startswith("--") for remedy in remedies) else "; ").join(remedies)
-
-
 def advice(causes: Sequence[Candidate]) -> str:
     """What to do about causes, a sentence or two."""
-    options = " ".join(cause.remedy for cause in causes if cause.remedy.startswith("--"))
+    options = typed_together([cause.remedy for cause in causes if cause.remedy.startswith("--")])
     edits = [cause.remedy for cause in causes if not cause.remedy.startswith("--")]
     return " ".join([f"Use {options}."] * bool(options) + [f"{edit[0].upper()}{edit[1:]}." for edit in edits])
 

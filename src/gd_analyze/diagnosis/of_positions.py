@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import Array
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
-from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, scaled_positions
+from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, map_of_positions, scaled_positions
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
@@ -200,27 +200,32 @@ class ZeroOfSlide(Hypothesis):
 
 
 class JointOrder(Hypothesis):
-    """Two joints are exchanged, or all are in reversed order, positions and torques alike."""
+    """Two joints are exchanged, or all are in reversed order: positions with torques, or positions alone."""
 
     name = "order of joints"
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
-        """The best exchange."""
+        """The best exchange of either kind."""
         n, correction = problem.n, problem.correction
         orders = [
-            (f"Joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j))
+            (f"joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j))
             for i, j in combinations(problem.moving, 2)
             if problem.arm.is_revolute[i] == problem.arm.is_revolute[j]
         ]
         if len(problem.moving) == n and len(set(problem.arm.is_revolute)) == 1 and n > 2:
-            orders.append(("The joints are in reversed order", np.eye(n)[::-1]))
-        corrections = [correction.with_position(matrix).with_torque(matrix) for _, matrix in orders]
-        for k in problem.best(corrections, 1) if corrections else []:
-            sentence, matrix = orders[k]
-            source = matrix.argmax(axis=1).tolist()
-            yield Candidate(
-                self.name, sentence, map_of_joints(problem, source), corrections[k], alternatives=len(orders)
-            )
+            orders.append((f"joints 1 to {n} are in reversed order", np.eye(n)[::-1]))
+        alone = [correction.with_position(matrix) for _, matrix in orders]
+        whole = [corrected.with_torque(matrix) for corrected, (_, matrix) in zip(alone, orders, strict=True)]
+        for subject, corrections, mapped in (
+            ("", whole, map_of_joints),
+            ("the positions of ", alone, map_of_positions),
+        ):
+            for k in problem.best(corrections) if corrections else []:
+                what, matrix = orders[k]
+                sentence = (subject + what).capitalize()
+                remedy = mapped(problem, matrix.argmax(axis=1).tolist())
+                alternatives = 2 * len(orders)
+                yield Candidate(self.name, sentence, remedy, corrections[k], alternatives=alternatives)
 
 
 class Coupling(Hypothesis):

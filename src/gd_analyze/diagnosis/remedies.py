@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -12,6 +13,9 @@ from gd_analyze.arrays import FloatArray
 
 if TYPE_CHECKING:
     from gd_analyze.diagnosis.hypothesis import Problem
+
+# Where an option begins in what is typed.
+_OPTION_BEGINS = re.compile(r" (?=--)")
 
 
 def comma_separated(values: Sequence[float]) -> str:
@@ -64,23 +68,49 @@ def map_of_torques(problem: Problem, source: Sequence[int]) -> str:
     return _mapped(problem, source, ("torque",))
 
 
+def map_of_positions(problem: Problem, source: Sequence[int]) -> str:
+    """Options that take the motion of a joint from the columns of another, joints from 0."""
+    return _mapped(problem, source, ("q", "qd", "qdd"))
+
+
 def map_of_joints(problem: Problem, source: Sequence[int]) -> str:
     """Options that take all of a joint from the columns of another, joints from 0."""
     return _mapped(problem, source, ("q", "qd", "qdd", "torque"))
 
 
+def typed_together(remedies: Sequence[str]) -> str:
+    """Remedies of several causes: options as they are typed together, or one after the other."""
+    if not all(remedy.startswith("--") for remedy in remedies):
+        return "; ".join(remedies)
+    options: dict[object, str] = {}
+    for k, option in enumerate(option for remedy in remedies for option in _OPTION_BEGINS.split(remedy)):
+        # A later cause's map says where the column is after the earlier ones.
+        options[option.partition("=")[0] if option.startswith("--map ") else k] = option
+    return " ".join(options.values())
+
+
 def _mapped(problem: Problem, source: Sequence[int], roles: Sequence[str]) -> str:
-    recording = problem.samples.logs[0].recording
+    recording, correction = problem.samples.logs[0].recording, problem.correction
     names = [joint.name for joint in problem.arm.joints]
     uses = () if recording is None else recording.columns
     columns_by_role = {(str(use.role), use.joint): use.column for use in uses}
-    options = [
-        f"--map {shlex.quote(f'{role}:{names[i]}={columns_by_role[role, names[k]]}')}"
-        for role in roles
-        for i, k in enumerate(source)
-        if i != k and (role, names[k]) in columns_by_role
-    ]
+    options = []
+    for role in roles:
+        # Columns that are exchanged already are taken from where they are in the log.
+        logged = _logged_at(correction.torque if role == "torque" else correction.position)
+        options += [
+            f"--map {shlex.quote(f'{role}:{names[i]}={columns_by_role[role, names[logged[k]]]}')}"
+            for i, k in enumerate(source)
+            if i != k and (role, names[logged[k]]) in columns_by_role
+        ]
     if options:
         return " ".join(options)
     pairs = ", ".join(f"{i + 1} from {k + 1}" for i, k in enumerate(source) if i != k)
     return f"exchange the columns: joint {pairs}"
+
+
+def _logged_at(matrix: FloatArray) -> list[int]:
+    """Joint, from 0, whose column a joint's values come from; its own where they are made of several."""
+    if (np.count_nonzero(matrix, axis=1) == 1).all():
+        return np.abs(matrix).argmax(axis=1).tolist()
+    return list(range(len(matrix)))

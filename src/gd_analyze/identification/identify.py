@@ -11,9 +11,10 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned, typed_together
+from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
+from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.answer import answer, typed_together, what_remains_follows
+from gd_analyze.diagnosis.answer import answer, what_remains_follows
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
+from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
 from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
 from gd_analyze.robots.arm import RobotArm
