@@ -67,7 +67,10 @@ def answer(diagnosis: Diagnosis) -> str:
     if not diagnosis.problem.moving:
         return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
     if not diagnosis.tells:
-        message = "There is too little motion to say anything: friction alone explains the torques as well."
+        message = (
+            "Friction alone explains the torques as well: "
+            "there is too little motion to say anything, or they do not hold the arm's weight and inertia."
+        )
         return " ".join([message, *texts])
     if poor:
         several = f"No cause found, several things may be wrong: {_of_poor(diagnosis, poor)}."

@@ -115,6 +115,9 @@ def is_claimable(cause: Candidate, problem: Problem) -> bool:
     # A joint that is compared no longer rests then.
     if np.isnan(after.residuals[problem.moving]).any():
         return False
+    # Under an absurd cause the links' torques vanish, and friction remains.
+    if cause.score > problem.friction_score - settings.clear_fall:
+        return False
     is_clear = cause.fall > settings.clear_fall + settings.clear_fall_share * after.unexplained
     return is_clear and after.remains <= min(
         settings.clear_remainder_ratio * before.remains, settings.most_remainder

@@ -28,9 +28,6 @@ from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import html_of, joint_name
 from gd_analyze.threads import one_thread
 
-# Factor on torques beside which those of links vanish.
-_WEIGHTLESS_FACTOR = 1e4
-
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -169,7 +166,8 @@ def diagnosed(
         nothing = FileFit.of_nothing(arm.n_joints)
         names = tuple(motion.name for motion in motions)
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
-    tells = _tells(problem)
+    # Torques that neither the file nor friction explains tell that something is wrong.
+    tells = problem.friction_score > settings.clear_fall
     ranking = ranked(problem) if thorough or not tells or is_unexplained(problem.null, settings) else []
     causes = claimed(problem, ranking)
     corrected = Problem(problem.samples, causes[-1].correction, settings) if causes else problem
@@ -186,16 +184,6 @@ def diagnosed(
         corrected=corrected,
         tells=bool(causes) or tells,
     )
-
-
-def _tells(problem: Problem) -> bool:
-    """Whether an arm that weighs next to nothing, so that friction alone remains, would explain clearly less.
-
-    Torques that neither explains tell that something is wrong.
-    """
-    light = problem.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(problem.n))
-    settings = problem.settings
-    return problem.score(light) > settings.clear_fall or problem.fit(light).remains > settings.most_remainder
 
 
 def _settled(motion: Trajectory) -> Array:

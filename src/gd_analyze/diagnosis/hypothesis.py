@@ -18,6 +18,8 @@ from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.robots.arm import RobotArm
 
+# Factor on torques beside which those of links vanish.
+_WEIGHTLESS_FACTOR = 1e4
 # Equations kept at a time.
 _MOST_EQUATIONS_IN_MEMORY = 12
 
@@ -45,6 +47,13 @@ class Problem:
     def null(self) -> FileFit:
         """The fit of the file's own error and friction alone."""
         return self.fit(self.correction)
+
+    @cached_property
+    def friction_score(self) -> float:
+        """Score of an arm that weighs next to nothing: friction alone; infinite if most is unexplained."""
+        light = self.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(self.n))
+        explains = self.fit(light).remains <= self.settings.most_remainder
+        return self.score(light) if explains else np.inf
 
     @cached_property
     def moving(self) -> list[int]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import combinations, permutations
 
 import numpy as np
 
-from gd_analyze.arrays import Array
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, map_of_positions, scaled_positions
@@ -20,6 +20,9 @@ from gd_analyze.units import TIME_UNITS
 
 # Cosine between parallel axes.
 _PARALLEL_COSINE = 0.999
+# First steps of a search for a zero, as shares of the others: where half a step either way is worse than
+# none, the valley of a small error may lie between.
+_FIRST_STEPS = np.array([-0.5, -1.0 / 6.0, 0.0, 1.0 / 6.0, 0.5])
 _SAID_BY_VELOCITIES = ", as the velocity columns say"
 
 
@@ -116,28 +119,31 @@ class Zero(Hypothesis):
     """The zero of a joint is not the file's."""
 
     name = "zero of a joint"
-    # Coarser steps miss the valley of a joint that carries much; small angles are between the first steps.
+    # Coarser steps miss the valley of a joint that carries much.
     _STEP_OF_TURN = np.pi / 5.0
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
         correction, settings = problem.correction, problem.settings
         joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
-        steps = np.arange(1.0, round(2.0 * np.pi / self._STEP_OF_TURN))
-        angles = self._STEP_OF_TURN * np.concatenate([[-0.5, 0.5], steps])
-        scores: dict[int, tuple[float, float]] = {}
+        ends = np.arange(1.0, round(2.0 * np.pi / self._STEP_OF_TURN))
+        grid = self._STEP_OF_TURN * np.concatenate([[-1.0], _FIRST_STEPS, ends, [ends[-1] + 1.0]])
+        brackets = {}
         for i in joints:
-            tried_scores = problem.roughly(correction.with_offset(i, float(a)) for a in angles)
-            scores[i] = float(np.min(tried_scores)), float(angles[int(np.argmin(tried_scores))])
-        for i in sorted(scores, key=lambda joint: scores[joint][0])[:2]:
-            near = scores[i][1]
-            if not problem.helps(scores[i][0]):
+
+            def tried(angle: float, joint: int = i) -> Correction:
+                return correction.with_offset(joint, angle)
+
+            brackets[i] = _bracket(problem, tried, grid)
+        for i in sorted(brackets, key=lambda joint: brackets[joint][0])[:2]:
+            score, low, high = brackets[i]
+            if not problem.helps(score):
                 continue
 
             def turned(angle: float, joint: int = i) -> Correction:
                 return correction.with_offset(joint, angle)
 
-            rough_angle = problem.along(turned, near - self._STEP_OF_TURN, near + self._STEP_OF_TURN, 9)
+            rough_angle = problem.along(turned, low, high, 9)
             angle = problem.refined(turned, rough_angle, np.radians(1.5))
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
             right_angled = correction.with_offset(i, float(right))
@@ -162,8 +168,8 @@ class ZeroOfSlide(Hypothesis):
     """The zero of a prismatic joint is not the file's: seen by joints that turn what it shifts."""
 
     name = "zero of a joint"
-    # Steps of a search from one end of the travel to the other.
-    _STEPS_OF_TRAVEL = 12
+    # Steps of a search from 0 to one end of the travel.
+    _STEPS_OF_TRAVEL = 6
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best prismatic joint."""
@@ -173,21 +179,25 @@ class ZeroOfSlide(Hypothesis):
             if arm.is_revolute[i]:
                 continue
             joint = arm.joints[i]
-            ends = (end for end in (joint.lower, joint.upper) if end is not None and np.isfinite(end))
-            travel = max((abs(end) for end in ends), default=arm.reach or 1.0)
-            count = self._STEPS_OF_TRAVEL
-            lengths = np.delete(travel * np.linspace(-1.0, 1.0, count + 1), count // 2)
-            scores = problem.roughly(correction.with_offset(i, float(x)) for x in lengths)
-            step = 2.0 * travel / count
-            best.append((float(scores.min()), i, float(lengths[int(scores.argmin())]), step))
-        for score, i, near, step in sorted(best)[:1]:
+            limits = (end for end in (joint.lower, joint.upper) if end is not None and np.isfinite(end))
+            travel = max((abs(end) for end in limits), default=arm.reach or 1.0)
+            step = travel / self._STEPS_OF_TRAVEL
+            ends = np.arange(1.0, self._STEPS_OF_TRAVEL + 2.0)
+            grid = step * np.concatenate([-ends[::-1], _FIRST_STEPS, ends])
+
+            def tried(length: float, joint: int = i) -> Correction:
+                return correction.with_offset(joint, length)
+
+            score, low, high = _bracket(problem, tried, grid)
+            best.append((score, i, low, high))
+        for score, i, low, high in sorted(best)[:1]:
             if not problem.helps(score):
                 return
 
             def shifted(length: float, joint: int = i) -> Correction:
                 return correction.with_offset(joint, length)
 
-            length = problem.along(shifted, near - step, near + step, 12)
+            length = problem.along(shifted, low, high, 12)
             text = f"{1e3 * length:.3g}mm"
             yield Candidate(
                 self.name,
@@ -197,6 +207,15 @@ class ZeroOfSlide(Hypothesis):
                 numbers=1,
                 alternatives=len(best),
             )
+
+
+def _bracket(
+    problem: Problem, corrected: Callable[[float], Correction], grid: FloatArray
+) -> tuple[float, float, float]:
+    """Best score inside a grid, judged by few samples, and the points beside it."""
+    scores = problem.roughly(corrected(float(x)) for x in grid[1:-1])
+    k = int(scores.argmin())
+    return float(scores[k]), float(grid[k]), float(grid[k + 2])
 
 
 class JointOrder(Hypothesis):
