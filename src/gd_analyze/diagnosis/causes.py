@@ -32,6 +32,7 @@ from gd_analyze.diagnosis.of_the_arm import (
     Payload,
 )
 from gd_analyze.diagnosis.of_torques import (
+    Drift,
     JointScale,
     Lag,
     MotorSide,
@@ -63,9 +64,13 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
     Gravity(),
     Payload(),
     NamedEnd(),
+    Drift(),
     ChangeInTime(),
     AnotherArm(),
 )
+
+# Those of little cost that leave too little to be noticed otherwise: such errors pass for links a bit off.
+UNNOTICED: tuple[Hypothesis, ...] = (Lag(), Drift())
 
 # Kinds of cause that concern the unit of positions.
 _OF_UNITS = (PositionUnit.name, MotorSide.name)
@@ -81,7 +86,7 @@ _OPTION = re.compile(r"--[a-z-]+")
 
 def ranked(problem: Problem) -> list[Candidate]:
     """All causes: first the one to be claimed, if there is any, then the others by the fall of the score."""
-    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
+    candidates = _judged(problem, HYPOTHESES)
     claimable = [candidate for candidate in candidates if is_claimable(candidate, problem)]
     candidates.sort(key=lambda candidate: -candidate.fall)
     if claimable:
@@ -89,6 +94,15 @@ def ranked(problem: Problem) -> list[Candidate]:
         candidates.remove(best)
         candidates.insert(0, best)
     return candidates
+
+
+def has_unnoticed(problem: Problem) -> bool:
+    """Whether a cause may be claimed though file and friction leave little."""
+    return any(is_claimable(cause, problem) for cause in _judged(problem, UNNOTICED))
+
+
+def _judged(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    return [candidate for hypothesis in hypotheses for candidate in hypothesis.judged(problem)]
 
 
 def _best_of(claimable: Sequence[Candidate], settings: DiagnosisSettings) -> Candidate:

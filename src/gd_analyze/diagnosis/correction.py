@@ -25,6 +25,7 @@ class Correction:
     torque: FloatArray  # torques at the joints per torque as logged, (n, n)
     position: FloatArray  # joint variables per variable as logged, (n, n)
     offset: FloatArray  # added to them, rad (m), (n,)
+    gain: FloatArray | None = None  # torque as logged per torque, by sample, (N,)
     lag: float = 0.0  # by which torques are late, s
     pace: float = 1.0  # seconds per second as logged; infinite where motion shows in no torque
     gravity: FloatArray | None = None  # in place of the arm's, m/s^2, (3,)
@@ -63,8 +64,13 @@ class Correction:
     def at(self, chosen: Array) -> Correction:
         """The same for some of the samples."""
         left_out = None if self.left_out is None else self.left_out[chosen]
+        gain = None if self.gain is None else self.gain[chosen]
         added = tuple(Added(unknowns.columns[:, chosen], unknowns.sizes) for unknowns in self.added)
-        return replace(self, left_out=left_out, added=added)
+        return replace(self, left_out=left_out, gain=gain, added=added)
+
+    def torques(self, samples: Samples) -> FloatArray:
+        """Torques as logged, of one gain throughout; not yet those at the joints, (N, n)."""
+        return samples.torque if self.gain is None else samples.torque / self.gain[:, None]
 
     @property
     def mixes(self) -> bool:
@@ -90,7 +96,7 @@ class Correction:
 
     @property
     def key(self) -> tuple[object, ...]:
-        """What the equations depend on, torques aside."""
-        arrays = (self.position, self.offset, self.gravity, self.taken_off, self.left_out)
+        """What the equations depend on: all but the matrix of torques."""
+        arrays = (self.position, self.offset, self.gain, self.gravity, self.taken_off, self.left_out)
         parts = [None if array is None else array.tobytes() for array in arrays]
         return (*parts, self.lag, self.pace, *self.added)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array
-from gd_analyze.diagnosis.causes import claimed, is_unexplained, ranked, rivals_of
+from gd_analyze.diagnosis.causes import claimed, has_unnoticed, is_unexplained, ranked, rivals_of
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import FileFit
@@ -168,7 +168,8 @@ def diagnosed(
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     # Torques that neither the file nor friction explains tell that something is wrong.
     tells = problem.friction_score > settings.clear_fall
-    ranking = ranked(problem) if thorough or not tells or is_unexplained(problem.null, settings) else []
+    is_doubtful = not tells or is_unexplained(problem.null, settings)
+    ranking = ranked(problem) if thorough or is_doubtful or has_unnoticed(problem) else []
     causes = claimed(problem, ranking)
     corrected = Problem(problem.samples, causes[-1].correction, settings) if causes else problem
     return Diagnosis(

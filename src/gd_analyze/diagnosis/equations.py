@@ -154,7 +154,7 @@ def corrected_columns(
     driven = correction if np.isfinite(correction.pace) else replace(correction, pace=1.0)
     _, speed, acceleration, direction = driven.states(samples)
     joint_columns = np.stack([acceleration.T, direction.T, speed.T, np.ones((n, len(q)))], axis=2)
-    torque = np.broadcast_to(samples.torque, (n, *samples.torque.shape))
+    torque = np.broadcast_to(correction.torques(samples), (n, *samples.torque.shape))
     columns = np.concatenate([links, *added, joint_columns, file[:, :, None], torque], axis=2)
     shared = links.shape[2] + sum(block.shape[2] for block in added)
     return columns, correction.counts(samples, direction), shared

@@ -92,7 +92,7 @@ class Problem:
         fit, end = self.null, shared + NUMBERS_OF_JOINT
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
         model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)
-        measured = self.samples.torque @ self.correction.torque.T
+        measured = self.correction.torques(self.samples) @ self.correction.torque.T
         return np.where(counts, measured, np.nan), np.where(counts, model.T, np.nan)
 
     def score(self, correction: Correction) -> float:

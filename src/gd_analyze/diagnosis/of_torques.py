@@ -13,7 +13,7 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
 from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, scaled_positions, seconds
-from gd_analyze.text import number, to_digits_of, with_error
+from gd_analyze.text import number, percent, to_digits_of, with_error
 
 # Factors that units and gears make of torques, and what they are.
 FACTORS = {
@@ -375,5 +375,41 @@ class Lag(Hypothesis):
             f"Torques are {seconds(abs(lag) * correction.pace)} {'late' if lag > 0 else 'early'}",
             f"--lag {seconds(lag * correction.pace).replace(' ', '')}",
             replace(correction, lag=lag),
+            numbers=1,
+        )
+
+
+class Drift(Hypothesis):
+    """The gain of all torques changes steadily over a log: drives or amplifiers warm up."""
+
+    name = "drift of torques"
+    # Logarithms of the gain at the end over that at the beginning, to begin with, and a step near the best.
+    _GRID = np.array([-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0])
+    _STEP = 0.05
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """One number: the change from the first sample to the last."""
+        samples, correction = problem.samples, problem.correction
+        if len(samples.logs) > 1 or correction.gain is not None:
+            return
+        elapsed = (samples.time - samples.time[0]) / max(float(np.ptp(samples.time)), samples.step)
+
+        def drifting(logarithm: float) -> Correction:
+            gain = 1.0 + np.expm1(logarithm) * elapsed
+            # The scale of all torques is another cause's: the gain's logarithm has a mean of 0.
+            return replace(correction, gain=gain / np.exp(np.log(gain).mean()))
+
+        scores = problem.roughly(drifting(float(x)) for x in self._GRID[1:-1])
+        place = int(scores.argmin())
+        if not problem.helps(scores[place]):
+            return
+        rough = problem.along(drifting, float(self._GRID[place]), float(self._GRID[place + 2]), 9)
+        change = float(np.expm1(problem.refined(drifting, rough, self._STEP)))
+        way = "grows" if change > 0.0 else "falls"
+        yield Candidate(
+            self.name,
+            f"The gain of all torques {way} by {percent(abs(change))} over the log",
+            "record when the drives are warm, or calibrate the torques",
+            drifting(float(np.log1p(change))),
             numbers=1,
         )
