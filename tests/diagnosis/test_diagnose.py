@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -15,10 +16,12 @@ import gd_analyze as gd
 from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ceiling, compensated
 from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file_errors
 from gd_analyze.diagnosis.fit import fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
+from gd_analyze.diagnosis.remedies import map_of_joints, typed_together
 from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
 from gd_analyze.dynamics.base_parameters import parameters_of
@@ -397,3 +400,120 @@ def test_a_payload_is_told_with_errors(puma, seed):
     (value,), (error,) = told_numbers(cause.what)
     assert abs(value - mass) < 3.0 * error < value
     assert float(cause.remedy.split()[1].split(",")[0]) == value
+
+
+# Maps, small zeros, friction alone and a gain that drifts.
+
+
+@pytest.fixture(scope="module")
+def problem_of_columns(tmp_path_factory) -> Problem:
+    """Of a log with columns, all of whose joints move."""
+    robot = Robot.of(gd.load_arm("puma560"), 5, seconds=4.0)
+    path = written(tmp_path_factory.mktemp("columns"), *robot.as_it_is)
+    return gd.diagnose(robot.file, path, thorough=False).problem
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("012435", "012435"), ("021345", "013245"), ("543210", "120354"), ("250143", "315204"),
+        ("123450", "501234"),
+    ],
+)  # fmt: skip
+def test_maps_of_two_causes_give_every_joint_one_column(problem_of_columns, first, second):
+    """Typed together, they take the columns that both orders, one after the other, take."""
+    first, second = list(map(int, first)), list(map(int, second))
+    problem, roles = problem_of_columns, ("q", "torque")
+    exchanged = np.eye(6)[first]
+    correction = problem.correction.with_position(exchanged).with_torque(exchanged)
+    corrected = Problem(problem.samples, correction, problem.settings)
+    typed = typed_together([map_of_joints(problem, first), map_of_joints(corrected, second)])
+    words = [word for word in shlex.split(typed) if word != "--map"]
+    maps = [re.fullmatch(r"(\w+):(.+)=[a-z]+(\d)", word).groups() for word in words]
+    assert len({(role, joint) for role, joint, _ in maps}) == len(maps)
+    names = [joint.name for joint in problem.arm.joints]
+    columns = {(role, name): i for role in roles for i, name in enumerate(names)}
+    columns |= {(role, name): int(column) - 1 for role, name, column in maps}
+    expected = {(role, name): first[second[i]] for role in roles for i, name in enumerate(names)}
+    assert columns == expected
+
+
+def test_a_later_map_is_typed_in_place_of_an_earlier_one():
+    assert typed_together(["--map q:1=a --lag 4ms", "--map q:1=b --lag 4ms"]) == (
+        "--map q:1=b --lag 4ms --lag 4ms"
+    )
+    assert typed_together(["--lag 4ms", "split the log"]) == "--lag 4ms; split the log"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("order", [[0, 2, 3, 1, 4, 5], [0, 1, 2, 4, 3, 5]])
+@pytest.mark.parametrize("what", ["positions", "torques"])
+def test_columns_in_any_order_are_put_in_place(puma, order, what, tmp_path):
+    """Three columns in turn, or two exchanged, of positions or torques alone; as typed, the maps mend it."""
+    time, q, torque = Robot.of(puma, 7).as_it_is
+    if what == "positions":
+        q = q[:, order]
+    else:
+        torque = torque[:, order]
+    path = written(tmp_path, time, q, torque)
+    found = said(path, arm="puma560")
+    assert found["remedy"].startswith("--map")
+    mended = said(path, *shlex.split(found["remedy"]), arm="puma560")
+    assert mended["cause"] is None
+    assert mended["remains_before"] < 1.5 * found["remains_after"] + 0.01
+
+
+@pytest.mark.parametrize("degrees", [-9.0, -5.0, 6.0, 8.0])
+def test_a_small_zero_is_seen(robot, two_link, degrees):
+    """Of a robot whose links are the file's, which would pass for it otherwise; to a degree."""
+    exact = replace(robot, arm=two_link)
+    time, q, torque = exact.time, exact.states.q, exact.noisy(exact.torque())
+    found = gd.diagnose(two_link, log_of(time, q - np.radians([0.0, degrees]), torque))
+    rows = [cause for cause in found.ranking if cause.name == "zero of a joint"]
+    assert any(abs(np.degrees(cause.correction.offset[1]) - degrees) < 1.0 for cause in rows)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [-0.06, 0.05])
+def test_a_small_zero_of_a_slide_is_seen(length):
+    """Of a Stanford arm's boom, to a centimetre."""
+    file = gd.load_arm("stanford")
+    robot = replace(Robot.of(file, 5), arm=file)
+    torque = robot.noisy(robot.torque())
+    found = gd.diagnose(file, log_of(robot.time, robot.states.q - length * (np.arange(6) == 2), torque))
+    rows = [cause for cause in found.ranking if cause.remedy.startswith("--offset 3=")]
+    assert any(abs(cause.correction.offset[2] - length) < 0.01 for cause in rows)
+
+
+@pytest.mark.parametrize("viscous", [0.0, 3.0])
+def test_friction_alone_has_no_other_cause(robot, good, two_link, viscous):
+    """Torques that hold no weight and no inertia, in any unit."""
+    time, q, torque = good
+    speed = robot.states.qd
+    noise = 0.05 * np.random.default_rng(0).normal(size=torque.shape)
+    found = gd.diagnose(two_link, log_of(time, q, 5.0 * np.sign(speed) + viscous * speed + noise))
+    assert found.causes == ()
+    assert not found.tells
+    assert answer(found).startswith("Friction alone")
+
+
+@pytest.mark.parametrize("growth", [-0.3, 0.4, 0.6])
+def test_a_gain_that_drifts_is_no_change_of_load(good, two_link, growth):
+    """One number, to a tenth of the torque; links off by 20 % beside."""
+    time, q, torque = good
+    gain = 1.0 + growth * time / time[-1]
+    found = gd.diagnose(two_link, log_of(time, q, torque * gain[:, None]))
+    assert [cause.name for cause in found.causes] == ["drift of torques"]
+    seen = found.causes[0].correction.gain
+    assert seen is not None
+    assert abs(seen[-1] / seen[0] - 1.0 - growth) < 0.1
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.03])
+def test_a_little_lag_is_looked_for_where_links_would_hide_it(robot, two_link, lag):
+    """As before an identification: a log that fits is accepted, and one that is late is not."""
+    exact = replace(robot, arm=two_link)
+    torque = late(exact.time, exact.noisy(exact.torque()), lag)
+    found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque), thorough=False)
+    assert [cause.name for cause in found.causes] == ["lag of torque"] * (lag > 0.0)
+    assert not is_unexplained(found.before, DIAGNOSIS_SETTINGS)
