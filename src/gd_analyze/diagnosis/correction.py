@@ -25,7 +25,7 @@ class Correction:
     torque: FloatArray  # torques at the joints per torque as logged, (n, n)
     position: FloatArray  # joint variables per variable as logged, (n, n)
     offset: FloatArray  # added to them, rad (m), (n,)
-    gain: FloatArray | None = None  # torque as logged per torque, by sample, (N,)
+    gain: FloatArray | None = None  # torque as logged per torque, by sample, (N, n)
     lag: float = 0.0  # by which torques are late, s
     pace: float = 1.0  # seconds per second as logged; infinite where motion shows in no torque
     gravity: FloatArray | None = None  # in place of the arm's, m/s^2, (3,)
@@ -70,7 +70,7 @@ class Correction:
 
     def torques(self, samples: Samples) -> FloatArray:
         """Torques as logged, of one gain throughout; not yet those at the joints, (N, n)."""
-        return samples.torque if self.gain is None else samples.torque / self.gain[:, None]
+        return samples.torque if self.gain is None else samples.torque / self.gain
 
     @property
     def mixes(self) -> bool:

@@ -8,7 +8,7 @@ from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
@@ -380,7 +380,7 @@ class Lag(Hypothesis):
 
 
 class Drift(Hypothesis):
-    """The gain of all torques changes steadily over a log: drives or amplifiers warm up."""
+    """The gain of all torques, or of one joint's, changes steadily over a log: drives warm up."""
 
     name = "drift of torques"
     # Logarithms of the gain at the end over that at the beginning, to begin with, and a step near the best.
@@ -388,28 +388,39 @@ class Drift(Hypothesis):
     _STEP = 0.05
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
-        """One number: the change from the first sample to the last."""
+        """The best change, from the first sample to the last: of all joints, and of one."""
         samples, correction = problem.samples, problem.correction
         if len(samples.logs) > 1 or correction.gain is not None:
             return
         elapsed = (samples.time - samples.time[0]) / max(float(np.ptp(samples.time)), samples.step)
 
-        def drifting(logarithm: float) -> Correction:
+        def drifting(logarithm: float, chosen: Array) -> Correction:
             gain = 1.0 + np.expm1(logarithm) * elapsed
-            # The scale of all torques is another cause's: the gain's logarithm has a mean of 0.
-            return replace(correction, gain=gain / np.exp(np.log(gain).mean()))
+            # The scale of torques is another cause's: the gain's logarithm has a mean of 0.
+            gain /= np.exp(np.log(gain).mean())
+            return replace(correction, gain=np.where(chosen, gain[:, None], 1.0))
 
-        scores = problem.roughly(drifting(float(x)) for x in self._GRID[1:-1])
-        place = int(scores.argmin())
-        if not problem.helps(scores[place]):
-            return
-        rough = problem.along(drifting, float(self._GRID[place]), float(self._GRID[place + 2]), 9)
-        change = float(np.expm1(problem.refined(drifting, rough, self._STEP)))
-        way = "grows" if change > 0.0 else "falls"
-        yield Candidate(
-            self.name,
-            f"The gain of all torques {way} by {percent(abs(change))} over the log",
-            "record when the drives are warm, or calibrate the torques",
-            drifting(float(np.log1p(change))),
-            numbers=1,
-        )
+        joints = np.eye(problem.n, dtype=bool)[problem.moving]
+        for group in (np.ones((1, problem.n), dtype=bool), joints):
+            pairs = [(k, place) for k in range(len(group)) for place in range(1, len(self._GRID) - 1)]
+            scores = problem.roughly(drifting(float(self._GRID[place]), group[k]) for k, place in pairs)
+            k, place = pairs[int(scores.argmin())]
+            if not problem.helps(scores.min()):
+                continue
+
+            def drifts(logarithm: float, chosen: Array = group[k]) -> Correction:
+                return drifting(logarithm, chosen)
+
+            low, high = float(self._GRID[place - 1]), float(self._GRID[place + 1])
+            logarithm = problem.refined(drifts, problem.along(drifts, low, high, 9), self._STEP)
+            change = float(np.expm1(logarithm))
+            whose = "all torques" if group[k].all() else f"joint {int(group[k].argmax()) + 1}'s torque"
+            way = "grows" if change > 0.0 else "falls"
+            yield Candidate(
+                self.name,
+                f"The gain of {whose} {way} by {percent(abs(change))} over the log",
+                "record when the drives are warm, or calibrate the torques",
+                drifts(logarithm),
+                numbers=1,
+                alternatives=problem.n + 1,
+            )
