@@ -209,8 +209,9 @@ def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
     # Of causes that other masses explain, too, doubts are told.
     if any(not cause.unsure for cause in diagnosis.causes):
         remedies = typed_together([cause.remedy for cause in diagnosis.causes])
+        reason, _, _ = answer(diagnosis).partition(" Use ")  # the next step says what to use
         raise UsageError(
-            f"logs and file disagree for another reason than the links' numbers. {answer(diagnosis)}",
+            f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
             next_step=f"{remedies}; --anyway (anyway=True) identifies all the same",
         )
