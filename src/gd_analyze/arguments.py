@@ -62,8 +62,8 @@ def require_word(value: object, words: Iterable[str], where: str) -> None:
         raise UsageError(message, where=where, expected=expected, found=in_python(value), next_step=step)
 
 
-def require_words(values: object, words: Collection[str], where: str) -> None:
+def require_words(values: Iterable[object], words: Collection[str], where: str) -> None:
     """Raise a UsageError unless an argument is a collection of some of these words."""
     require_type(values, (list, tuple, set, frozenset), where, f"some of {', '.join(words)}")
-    for value in values:  # type: ignore[attr-defined]
+    for value in values:
         require_word(value, words, where)

@@ -92,7 +92,7 @@ class ExactForm:
     def __post_init__(self) -> None:
         require_flags_of(self)
         if self.drives:
-            self.arm.drive_inertia  # noqa: B018 - an ArmError, unless the arm describes drives
+            _ = self.arm.drive_inertia  # an ArmError, unless the arm describes drives
 
     def __repr__(self) -> str:
         return f"ExactForm({self.arm!r}, drives={self.drives})"
