@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_programs import skip_searches
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.simplification.harmonic import TERM
@@ -25,9 +24,8 @@ def findings(two_link, swing):
     return gd.analyze(two_link, swing, settings=Settings(budget=gd.types.Budget.parse("5%")))
 
 
-def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatch):
+def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     """Main job, simplify at every level, certified, trade-off and compare."""
-    skip_searches(monkeypatch)
     full = ExactForm(two_link).operations
     exact = ExactDynamics.of(two_link, swing)
     models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]

@@ -320,5 +320,4 @@ LEVEL_NAMES = {
     "term": "torque terms one by one",
     "element": "parts of D and h as a whole, [FGL87]'s method",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
-    "fast": "the shortest torque program that a search finds, printed as named steps (needs Numba)",
 }

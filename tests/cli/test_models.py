@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_programs import skip_searches
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.simplification.harmonic import ENERGY
@@ -128,32 +127,6 @@ def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
     for row in found:
         assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
     assert of(run(f"certify m.json {region} --json").json["joints"], "certified") == of(found, "certified")
-
-
-@pytest.mark.slow
-def test_a_program_is_shown_as_named_steps(run, here, monkeypatch):
-    # Without a search: this is about what is shown of a model.
-    skip_searches(monkeypatch)
-    words = f"{PUMA} --level fast --at-set-points"
-    shown, found = run(f"{words} -o m.json").words, run(f"{words} --json").json
-    assert (found["level"], found["terms"], found["refitted"]) == ("fast", 0, False)
-    assert all(" ".join(equation.split()) in shown for equation in found["equations"])
-    names = [equation.partition(" = ")[0] for equation in found["equations"]]
-    torques = [f"tau{joint}" for joint in range(1, 7)]
-    assert names == [*(f"u{k + 1}" for k in range(len(names) - 6)), *torques]
-    assert found["operations"]["total"] < found["operations_full"]["total"]
-    again = run("evaluate m.json pick-and-place --json").json
-    assert of(again["motions"][0]["joints"], "largest_error") == of(found["joints"], "largest_error")
-    assert all(row["largest_error"] <= row["allowed_error"] for row in found["joints"])
-
-
-@pytest.mark.slow
-def test_a_search_stopped_early_says_so(run):
-    told = run(f"{TWO} --level fast --budget 10% --within 0.001 --json").json
-    assert any("0.001 s" in notice for notice in told["notices"])
-    assert told["operations"]["total"] <= told["operations_full"]["total"]
-    for row in told["joints"]:
-        assert row["largest_error"] <= row["certified"] <= row["allowed_error"]
 
 
 def test_the_ranking(run, here):

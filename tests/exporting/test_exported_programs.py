@@ -91,7 +91,7 @@ def assert_same_at_once(what, drawn, bulk):
         *(
             (name, f"two_link {what}")
             for name in ("jax", "sympy")
-            for what in ("element", "fast", "decomposition", "further")
+            for what in ("element", "program", "decomposition", "further")
         ),
     ],
 )

@@ -9,7 +9,6 @@ import pytest
 
 import gd_analyze as gd
 from browser import Tab, opened, started
-from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.motions.columns import ColumnUse
@@ -89,12 +88,3 @@ def recorded(two_link: RobotArm) -> Findings:
 @pytest.fixture(scope="session")
 def two_motions() -> Findings:
     return gd.analyze("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
-
-
-@pytest.fixture(scope="session")
-@few_tries()
-def fast(two_link: RobotArm, swing: Trajectory) -> Findings:
-    with pytest.MonkeyPatch.context() as patch:
-        # This is about what is shown of a model, not how it is found.
-        skip_searches(patch)
-        return gd.analyze(two_link, swing, level="fast", budget=WIDE)

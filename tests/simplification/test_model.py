@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
@@ -29,9 +28,7 @@ from strategies import arms_with_states, examples, random_states
 def model(request, two_link, swing) -> SimplifiedModel:
     how = SearchOptions(LEVELS[request.param], dearer=True)
     budget = None if request.param == "element" else Budget.parse("90%")
-    with pytest.MonkeyPatch.context() as patch:
-        skip_searches(patch)
-        return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
+    return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
 
 
 @examples(12)
@@ -147,9 +144,7 @@ BUDGETS = [(level, budget) for level in LEVELS for budget in ("1%", "20%", "60%"
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
     how = SearchOptions(LEVELS[level], refit=LEVELS[level].has_torque_terms, thorough=False)
-    with pytest.MonkeyPatch.context() as patch:
-        skip_searches(patch)
-        model = simplify_exact(ExactDynamics.of(arm, states), budget, how)
+    model = simplify_exact(ExactDynamics.of(arm, states), budget, how)
     assert_adds_up(model, states)
     assert_adds_up(model, random_states(arm.n_joints, 10, 7))
 

@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from changed_programs import fast_model
 from gd_analyze import Trajectory, load_model, save_model
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
@@ -26,7 +25,9 @@ from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
+from gd_analyze.simplification.program_level import PROGRAM
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH
 from gd_analyze.studies.proof import proven_again
@@ -400,7 +401,7 @@ def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, 
         assert not load_model(changed(own, path, at("fitted_on trajectory", name))).accuracy.measured
 
 
-@pytest.fixture(scope="module", params=[name for name, level in LEVELS.items() if not level.is_program])
+@pytest.fixture(scope="module", params=LEVELS)
 def of_level(request, two_link) -> SimplifiedModel:
     return exact_model(two_link, level=LEVELS[request.param])
 
@@ -501,8 +502,9 @@ def test_what_is_zero_everywhere_may_be_added(of_level, path):
 
 @pytest.fixture(scope="module")
 def program(two_link, swing) -> SimplifiedModel:
-    """Of level fast, for states that everybody has."""
-    return fast_model(gd.types.ExactDynamics.of(two_link, swing), "50%")
+    """The exact torque without its terms, for states that everybody has."""
+    exact = gd.types.ExactDynamics.of(two_link, swing)
+    return exactly(exact, PROGRAM, exact.allowed("50%"), "50%")
 
 
 def test_a_program_comes_back(program, path, swing):
@@ -511,7 +513,7 @@ def test_a_program_comes_back(program, path, swing):
     assert_same(program, again, states_of(swing))
     assert plain_program(again.program) == plain_program(program.program)
     assert again.accuracy.measured
-    assert (again.saves, again.terms) == (True, {})
+    assert (again.is_exact, again.terms) == (True, {})
 
 
 NO_TORQUE = {

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from changed_programs import fast_model, skip_searches
 from few_tries import few_tries
 from gd_analyze import trade_off
 from gd_analyze.simplification.budget_path import budget_path
+from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.model import exactly
+from gd_analyze.simplification.program_level import PROGRAM
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS, curves
 from gd_analyze.types import Budget, ExactDynamics, SimplifiedModel
@@ -73,18 +75,14 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
 
 
 def test_a_program_stands_alone(swinging):
-    model = fast_model(swinging, "50%")
+    model = exactly(swinging, PROGRAM, swinging.allowed("50%"), "50%")
     assert budget_path(swinging, Budget.parse("50%"), model) == (model,)
 
 
-def test_an_arm_of_too_many_terms_has_points_of_level_fast(swinging, monkeypatch):
-    skip_searches(monkeypatch)
+def test_an_arm_of_too_many_terms_is_refused(swinging, monkeypatch):
     monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
-    points = trade_off(swinging, "20%", factors=(0.5, 1.0, 3.0))
-    assert [(point.level.name, point.refit) for point in points] == [("fast", False)] * 3
-    assert points[-1].operations.total < swinging.form.operations.total
-    for point in points:
-        assert point.error_share <= 0.2 * point.factor * (1 + 1e-9)
+    with pytest.raises(TooManyTermsError):
+        trade_off(swinging, "20%")
 
 
 @pytest.mark.parametrize(("level", "refit"), LEVELS_AND_REFITS)

@@ -16,7 +16,6 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
 from gd_analyze.certification.falsification import RANDOM_POSITIONS, RANDOM_STATES, worst_found, worst_in_box
 from gd_analyze.certification.held import Held, proven
-from gd_analyze.certification.program_holding import program_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
@@ -71,8 +70,8 @@ def simplify_held(
 
     Along a motion the budget is proven; if the bound stays above it, it holds at 200 000 random states and at
     those reached by an ascent from the worst. In a box a model keeps it at 20 000 random positions with the
-    worst velocities and accelerations of each, and at those reached by an ascent from the worst; a program of
-    level fast, at 400 000 further states, too. Each of several motions has its own budget.
+    worst velocities and accelerations of each, and at those reached by an ascent from the worst. Each of
+    several motions has its own budget.
 
     Parameters
     ----------
@@ -108,22 +107,8 @@ def simplify_held(
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
-    if options.level.is_program:
-        best = program_held(
-            exact,
-            exact.allowed(budget),
-            str(budget),
-            region,
-            options,
-            certified=certified,
-            effort=effort,
-            provenance=provenance or {},
-            progress=progress,
-            stage=stage,
-        )
-    else:
-        rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-        best = rounds.held(options)
+    rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
+    best = rounds.held(options)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)

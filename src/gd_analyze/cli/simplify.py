@@ -43,13 +43,6 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     help="Length of the search, as a multiple of the usual one.",
 )
 @click.option(
-    "--within",
-    type=options.Amount("time"),
-    default=None,
-    metavar="SECONDS",
-    help="Level fast: end the search after so many seconds.",
-)
-@click.option(
     "--sine-price",
     type=click.IntRange(0),
     default=SINE_PRICE,
@@ -81,7 +74,6 @@ def simplify(
     refit: bool,
     operations: int | None,
     effort: float,
-    within: float | None,
     sine_price: int,
     certified: bool,
     at_set_points: bool,
@@ -106,10 +98,7 @@ def simplify(
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
-      gd-analyze simplify puma560 pick-and-place --level fast --within 20
     """
-    if within is not None and level != "fast":
-        raise click.UsageError("--within needs --level fast")
     if certified and (at_set_points or operations is not None):
         raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
     if margin is not None and (at_set_points or not inputs.trajectories):
@@ -132,7 +121,7 @@ def simplify(
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(
-            level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
+            level_named(level), refit, operations, effort=effort, sine_price=sine_price
         )
         if isinstance(budget, TrackingBudget) and operations is not None:
             raise click.UsageError("--budget tracking cannot be combined with --operations")
@@ -201,8 +190,7 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
 def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
     r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
 
-    Some minutes for six joints; an arm with too many terms to choose from is simplified at level fast.
-    `simplify --budget` or `simplify --operations` makes the model of a point.
+    Some minutes for six joints. `simplify --budget` or `simplify --operations` makes the model of a point.
 
     \b
     Examples:
@@ -211,10 +199,9 @@ def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Outpu
     """
     with output.working() as stage:
         from gd_analyze.results.term_results import trade_off_result
-        from gd_analyze.simplification.trade_off import BUDGET_FACTORS, kinds_for
+        from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS
 
         exact, _ = inputs.exact()
-        kinds = kinds_for(exact.form)
-        stage("simplifying", len(kinds) * len(BUDGET_FACTORS))
-        points = gd.trade_off(exact, budget, kinds=kinds, thorough=not quick, progress=stage.advance)
-    output.give(trade_off_result(points, kinds, exact, budget))
+        stage("simplifying", len(LEVELS_AND_REFITS) * len(BUDGET_FACTORS))
+        points = gd.trade_off(exact, budget, thorough=not quick, progress=stage.advance)
+    output.give(trade_off_result(points, exact, budget))

@@ -108,7 +108,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     return (
         Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.pair}"),
         Fact("operations_full", "", totals[1]),
-        _time_fact(model),
+        Fact("nanoseconds", "", model.operations.nanoseconds),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
         Fact("operations_apart_full", "", counts_apart[1]),
         gamma_fact(model),
@@ -116,13 +116,6 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
         Fact("saves_torque", "", model.saves_torque),
         Fact("saves_functions", "", model.saves_functions),
     )
-
-
-def _time_fact(model: SimplifiedModel) -> Fact:
-    """Estimated time of a torque in C; stated where the model is made for speed."""
-    time, full = model.operations.nanoseconds, model.operations_full.nanoseconds
-    text = f"about {time:.0f} ns instead of {full:.0f}, estimated from both counts"
-    return Fact("nanoseconds", "Torque, in C" if model.level.is_program else "", time, text=text)
 
 
 def apart_text(model: SimplifiedModel) -> str:

@@ -207,13 +207,12 @@ def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
     likely = next((row["budget"] for row in stops if _is_wider(row)), "")
-    wider = f", `--budget {likely}` is likely to have a readable model" if likely else ""
+    wider = f" `--budget {likely}` is likely to have a readable model." if likely else ""
     if readable:
-        wider = f', `--budget "{readable}"` has a readable model'
+        wider = f' `--budget "{readable}"` has a readable model.'
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
-        f"dominant elements, and the exact torque in {model.operations_full.in_words}. `--level "
-        f"fast` searches for a shorter program{wider}."
+        f"dominant elements, and the exact torque in {model.operations_full.in_words}.{wider}"
     )
 
 

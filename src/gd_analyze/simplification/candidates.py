@@ -154,7 +154,7 @@ def candidates_of(
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _SWEEP.most_terms:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
-            next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level fast'
+            next_step = 'allow a larger error, such as "1% or 0.5% limit"'
             raise TooManyTermsError(
                 message,
                 where="budget",
@@ -233,8 +233,8 @@ def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where = f"level {level.name}"
     expected = f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms"
-    next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
-    next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
+    next_step = "take fewer joints (--lock JOINT=0), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    next_step += "`gd-analyze equations ROBOT --element D12 --min-share 1%` prints an element's largest terms"
     raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
 
 

@@ -12,7 +12,6 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.fast_search import fast_model
 from gd_analyze.simplification.level import CandidateLevel
 from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import (
@@ -57,8 +56,8 @@ def simplify_exact(
 ) -> SimplifiedModel:
     """Simplify so that the budget holds at given states, see `gd_analyze.simplify`.
 
-    `progress` is called with the number of candidates dropped, or of operations saved, since the last call;
-    `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
+    `progress` is called with the number of candidates dropped since the last call; `stage` with the name of a
+    stage. TooManyTermsError if the level has too many terms for a search.
     """
     if options.level is ELEMENT:
         if budget is not None or options.operations is not None:
@@ -66,9 +65,6 @@ def simplify_exact(
         return replace(with_gamma(exact, model_by_verdicts(exact)), provenance=dict(provenance or {}))
     budget = Budget.of(budget)
     exact = exact.under(budget)
-    if options.level.is_program:
-        fast = fast_model(exact, exact.allowed(budget), str(budget), options, progress=progress, stage=stage)
-        return replace(fast, provenance=dict(provenance or {}))
     stage(f"searching at level {options.level}")
     trials = in_worthwhile_velocities(exact, exact.allowed(budget), options)
     model = shortest([search_terms(trial, budget, options, progress) for trial in trials])

@@ -10,10 +10,9 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.exact import ExactForm, too_many_terms
+from gd_analyze.simplification.candidates import TooManyTermsError, require_few_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
-from gd_analyze.simplification.fast import FAST
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
@@ -26,11 +25,6 @@ LEVELS_AND_REFITS: tuple[LevelAndRefit, ...] = tuple(
     (level, refit) for level in LEVELS.values() if level.has_torque_terms for refit in (False, True)
 )
 BUDGET_FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-
-
-def kinds_for(form: ExactForm) -> tuple[LevelAndRefit, ...]:
-    """Kinds that make sense for an arm: programs if it has too many terms to choose from."""
-    return ((FAST, False),) if too_many_terms(form) else LEVELS_AND_REFITS
 
 
 @dataclass(frozen=True)
@@ -59,7 +53,7 @@ def trade_off(
     budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = BUDGET_FACTORS,
-    kinds: Sequence[LevelAndRefit] | None = None,
+    kinds: Sequence[LevelAndRefit] = LEVELS_AND_REFITS,
     thorough: bool = True,
     progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:
@@ -77,7 +71,7 @@ def trade_off(
     factors
         Multiples of the budget.
     kinds
-        Pairs of level and refit; by default those of `kinds_for`.
+        Pairs of level and refit.
     thorough
         Search each point as `simplify` does; otherwise by a descent alone, which is quicker.
     progress
@@ -87,15 +81,21 @@ def trade_off(
     -------
     tuple
         Points (`TradeOffPoint`) by kind and growing budget.
+
+    Raises
+    ------
+    TooManyTermsError
+        If the arm has too many terms to be written out.
     """
     require_exact(exact)
+    require_few_terms(exact, TERM)
     warn_of_torques(exact)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     points: list[TradeOffPoint] = []
-    for level, refit in kinds_for(exact.form) if kinds is None else kinds:
+    for level, refit in kinds:
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)

@@ -206,10 +206,7 @@ def _headline(identification: Identification, answer: Supported | str | None) ->
 
 def _notices(identification: Identification, answer: Supported | str | None) -> Iterator[str]:
     if isinstance(answer, str):
-        yield (
-            f"How many operations the log supports is not stated: {answer}. With the identified arm, "
-            f"`gd-analyze simplify ROBOT LOG --budget {SUPPORTED} --at-set-points --level fast` finds out."
-        )
+        yield f"How many operations the log supports is not stated: {answer}."
     if identification.doubts:
         yield (
             "Log and file may not both be right. The identified arm carries these doubts: "

@@ -48,7 +48,6 @@ def simplify(
     operations: int | None = None,
     drives: bool | None = None,
     effort: float = 1.0,
-    within: float | None = None,
     sine_price: int = SINE_PRICE,
     margin: Margin | str | None = None,
     at_set_points: bool = False,
@@ -74,8 +73,7 @@ def simplify(
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
-        method of [FGL87], which keeps no budget but states its error. "fast": the shortest torque
-        program that a search finds; it needs Numba.
+        method of [FGL87], which keeps no budget but states its error.
     refit
         Change kept coefficients to compensate for dropped ones.
     operations
@@ -86,8 +84,6 @@ def simplify(
         drives, see `ExactDynamics.of`.
     effort
         Length of the search relative to the usual one.
-    within
-        Level fast: seconds after which the search ends with the shortest program found by then.
     sine_price
         Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
         multiplications and additions are minimized.
@@ -134,9 +130,7 @@ def simplify(
     True
     """
     arm = arm_with_masses(arm)
-    options = SearchOptions(
-        level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
-    )
+    options = SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price)
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
     if states is None:
         states = states_in_box(arm)

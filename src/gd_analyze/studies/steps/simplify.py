@@ -17,10 +17,10 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import SearchOptions, level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
+from gd_analyze.simplification.program_level import PROGRAM
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
@@ -127,7 +127,7 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) 
         if level_named(settings.level) is ELEMENT:
             return elements, Held(elements)
         if is_exact:
-            model = with_gamma(exact, exactly(exact, FAST, exact.allowed(budget), str(budget)))
+            model = with_gamma(exact, exactly(exact, PROGRAM, exact.allowed(budget), str(budget)))
             return elements, Held(replace(model, provenance=inputs.source))
         # The first call searches no second time.
         return elements, searched.pop() if searched else search_at(exact, budget)
