@@ -36,8 +36,8 @@ def test_nothing_is_written_without_a_folder(two_link, swing, tmp_path, monkeypa
     [
         ({"budget": "1%,0.2"}, "-budget-1pct_0.2_N_m"),
         (
-            {"level": "energy", "refit": True, "christoffel": False, "operations": 90},
-            "-level-energy-refit-operations-90-no-christoffel",
+            {"level": "energy", "at_set_points": True, "christoffel": False},
+            "-level-energy-at-set-points-no-christoffel",
         ),
     ],
 )

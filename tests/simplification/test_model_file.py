@@ -48,7 +48,7 @@ def path(tmp_path) -> Path:
 @pytest.fixture(scope="module")
 def shipped(two_link, swing) -> SimplifiedModel:
     """Made for a shipped trajectory, at which errors can be measured again."""
-    return gd.simplify(two_link, swing, "40%", level="term", refit=True)
+    return gd.simplify(two_link, swing, "40%", level="term")
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,6 @@ def test_a_searched_one_comes_back(shipped, path, swing):
     save_model(shipped, path)
     again = load_model(path)
     assert_same(shipped, again, states_of(swing))
-    assert shipped.refitted
     assert again.accuracy.steps == shipped.accuracy.steps != ()
 
 

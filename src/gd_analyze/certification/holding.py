@@ -82,7 +82,7 @@ def simplify_held(
     region
         The states.
     options
-        Level, refit and effort; all rounds but the last are shorter than those of `simplify`.
+        Level and effort; all rounds but the last are shorter than those of `simplify`.
     certified
         Return only a proven model, or the exact one.
     effort

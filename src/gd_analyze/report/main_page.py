@@ -251,7 +251,7 @@ def _model(findings: Findings, path: BudgetPath, numbers: PartNumbers) -> str:
         equations=budget_equations(findings, path),
         meanings=meanings_html(model.equations.legend),
     )
-    if model.refitted or model.level.is_mechanical:
+    if model.level.is_mechanical:
         inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
     return inside
 

@@ -302,8 +302,8 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
     return (
         *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_stated),
         Fact("budget", "Budget", accuracy.budget),
-        Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
-        *_for_json(drives=model.drives, refitted=model.refitted),
+        Fact("level", "Level", model.level.name),
+        *_for_json(drives=model.drives),
         *operation_facts(model),
         *_for_json(
             search=[step._asdict() for step in accuracy.steps],

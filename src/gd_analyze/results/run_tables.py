@@ -78,7 +78,6 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
         {"time": dataset.time, **joint_names(model.arm)},
         {
             "level": model.level.name,
-            "refitted": int(model.refitted),
             "drives": int(model.drives),
             "budget": accuracy.budget,
             "errors_are": "sampled at the set points",

@@ -86,30 +86,16 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.choice)
 
-    def chosen(self, selected: Mask, scale: FloatArray | None = None) -> dict[Any, float]:
-        """Terms of a selection, shape (K,), their coefficients times factors, shape (K,)."""
-        factors = np.ones(len(self)) if scale is None else scale
-        numbers = self.numbers
-        rows = zip(self.terms.items(), selected[numbers].tolist(), factors[numbers].tolist(), strict=True)
-        return {term: factor * weight for (term, weight), is_chosen, factor in rows if is_chosen}
+    def chosen(self, selected: Mask) -> dict[Any, float]:
+        """Terms of a selection, shape (K,), and their coefficients."""
+        rows = zip(self.terms.items(), selected[self.numbers].tolist(), strict=True)
+        return {term: weight for (term, weight), is_chosen in rows if is_chosen}
 
     def selection(self, terms: Terms | None = None) -> Selection:
         """Selection of some terms, by default all; those that stay are always part of it."""
         if terms is None:
             return Selection(self.choice, np.ones(len(self), dtype=bool))
         return Selection(self.choice, of_any(terms, self.terms, self.numbers) | self.stays)
-
-    @property
-    def parameters(self) -> IntegerArray:
-        """Free numbers of a refit: index of the one that scales each candidate, shape (K,)."""
-        scaled_by = self.level.numbers(self.form, list(self.terms)).tolist()
-        ends = [
-            (("candidate", k), number) for k, number in zip(self.numbers.tolist(), scaled_by, strict=True)
-        ]
-        one_of = _joined(ends)
-        firsts = [one_of.get(("candidate", k), ("candidate", k)) for k in range(len(self))]
-        place = {first: number for number, first in enumerate(dict.fromkeys(firsts))}
-        return np.array([place[first] for first in firsts], dtype=int)
 
     def price(self, terms: Terms, effort: Effort) -> int:
         """Operations of these terms as the level counts them, with the price of sines and cosines."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations_with_replacement
@@ -19,15 +18,12 @@ from gd_analyze.harmonics.squares import Squares
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, IntegerArray, Terms
 from gd_analyze.simplification.torque_program import Effort, functions_of_terms, torque_program
 
-# Relative difference of coefficients that are mathematically equal, or twice or half each other.
-_EQUAL = 1e-9
 # Kind, multiple of every joint in the argument, exponent.
 _FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
@@ -168,16 +164,6 @@ class TermLevel(HarmonicLevel):
             return None
         return EnergyTerm(term.row, term.velocities[0].joint, term.monomial)
 
-    def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> IntegerArray:
-        """Number terms of one energy coefficient equally; a term of several has its own number."""
-        made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
-        for energy, number in _numbered(form.energies).items():
-            for term in form.torques_of_energy(energy):
-                made_by[term].add(number)
-        numbers = {term: number for number, term in enumerate(form.torques, start=len(form.energies))}
-        numbers |= {term: next(iter(by)) for term, by in made_by.items() if len(by) == 1}
-        return np.array([numbers[term] for term in terms], dtype=int)
-
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, velocities, factors and weight."""
         factors = _factor_entries(term.monomial)
@@ -223,11 +209,6 @@ class EnergyLevel(HarmonicLevel):
         """The term itself, if it is one of D'."""
         return None if term.is_potential else term
 
-    def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> IntegerArray:
-        """Number equal coefficients equally."""
-        number = _numbered(form.energies)
-        return np.array([number[term] for term in terms], dtype=int)
-
     def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
         """Write element, factors and coefficient."""
         return _EnergyEntry(i=term.i, j=term.j, factors=_factor_entries(term.monomial), coefficient=weight)
@@ -243,16 +224,6 @@ class EnergyLevel(HarmonicLevel):
 TERM: TermLevel = TermLevel()
 ENERGY: EnergyLevel = EnergyLevel()
 HARMONIC_LEVELS: dict[str, HarmonicLevel] = {level.name: level for level in (TERM, ENERGY)}
-
-
-def _numbered(energies: Energies) -> dict[EnergyTerm, int]:
-    """Number every coefficient; equal numbers for those that differ only in sign and powers of two."""
-    equal = Magnitudes(_EQUAL)
-    half = equal(0.5)
-    mantissas = [equal(math.frexp(abs(coefficient))[0]) for coefficient in energies.values()]
-    # 1/2 and 1 are neighbours, too.
-    _, number = np.unique([half if x == 1.0 else x for x in mantissas], return_inverse=True)
-    return dict(zip(energies, number.tolist(), strict=True))
 
 
 def _factor_entries(monomial: Monomial) -> list[_FactorEntry]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import EnergyTerm, Torques
 from gd_analyze.operations.program import Program
-from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import Effort
@@ -28,8 +27,6 @@ from gd_analyze.text import LARGEST_COEFFICIENT
 Terms = Mapping[Any, float]
 # Operations by the set of candidates, by index, that need them.
 Costs = Mapping[frozenset[int], int]
-# Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
-# in sign and powers of two share one, so that arithmetic stays shared.
 IntegerArray = NDArray[np.int64]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
@@ -46,7 +43,7 @@ class Level(ABC):
 
     name: ClassVar[str]  # for users
     keeps: ClassVar[str]  # unit in which models are counted, in the plural
-    has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
+    has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms
     is_program: ClassVar[bool] = False  # a model is its program, without terms
     has_symmetric_inertia: ClassVar[bool] = False
     # A search minimises the operations of D, h and c, not of the torque
@@ -150,16 +147,3 @@ class CandidateLevel(Level):
             max(element_terms, key=lambda term: (is_constant[term], abs(coefficients[term])))
             for element_terms in diagonal.values()
         }
-
-    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> IntegerArray:
-        """Free numbers of a refit; by default every term has its own."""
-        return np.arange(len(terms))
-
-
-class Found(NamedTuple):
-    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
-
-    terms: Terms
-    program: Program
-    refitted: bool
-    steps: tuple[SearchStep, ...]

@@ -31,9 +31,6 @@ class SearchOptions:
     """Options of a search."""
 
     level: Level = TERM
-    refit: bool = False  # fit kept coefficients to compensate for dropped ones
-    # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
-    operations: int | None = None
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
     writing: Effort = FINAL  # spent on the program of the model
     effort: float = 1.0  # number of attempts, relative to the usual
@@ -48,17 +45,9 @@ class SearchOptions:
         require_flags_of(self)
         level = level_named(self.level)
         object.__setattr__(self, "level", level)
-        if self.refit and not level.has_torque_terms:
-            raise UsageError(
-                f"level {level} has no coefficients of its own to refit",
-                where="refit",
-                expected="level term or energy",
-                found=f"level {level}",
-            )
         for name, kind, expected in (
             ("effort", numbers.Real, "a number above 0"),
             ("sine_price", numbers.Real, "a number of operations"),
-            ("operations", (numbers.Integral, type(None)), "a number of operations"),
         ):
             require_type(getattr(self, name), kind, name, expected)
         if not self.effort > 0.0:
@@ -67,5 +56,3 @@ class SearchOptions:
         if self.sine_price < 0:
             value = str(self.sine_price)
             raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
-        if self.operations is not None and self.operations < 0:
-            raise UsageError("the number is negative", where="operations", found=str(self.operations))

@@ -47,8 +47,6 @@ class SimplifiedModel:
         Numbers by kept term, of the level's own type; none of a program that a search found.
     program
         The torques as a straight-line program, from which D, h and c follow.
-    refitted
-        Whether kept coefficients were refitted to compensate for dropped ones.
     accuracy
         Budget, errors, and the states at which they were measured.
     provenance
@@ -59,7 +57,6 @@ class SimplifiedModel:
     form: ExactForm
     terms: Terms
     program: Program
-    refitted: bool = False
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
 

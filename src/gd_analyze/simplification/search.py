@@ -1,22 +1,23 @@
-"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit."""
+"""The cheapest terms within a budget: a descent, attempts to improve it, and a usable D."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.terms import EnergyTerm
+from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
-from gd_analyze.simplification.level import CandidateLevel, Found
+from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.refit import refitted
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -25,7 +26,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.simplification.torque_program import COUNTING, ROUGH
+from gd_analyze.simplification.torque_program import ROUGH
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None
@@ -47,13 +48,21 @@ class _InertiaSettings:
 _SETTINGS = _InertiaSettings()
 
 
+class FoundTerms(NamedTuple):
+    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
+
+    terms: Terms
+    program: Program
+    steps: tuple[SearchStep, ...]
+
+
 def selected_terms(
     exact: ExactDynamics,
     level: CandidateLevel,
     allowed: FloatArray,
     options: SearchOptions,
     progress: TermProgress = None,
-) -> Found:
+) -> FoundTerms:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
     A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
@@ -79,18 +88,12 @@ def selected_terms(
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
-    terms, is_refitted = candidates.chosen(selection.selected), False
-    if options.refit:
-        fitted = refitted(candidates, selection.selected, candidates.stays)
-        if fitted is not None:
-            terms, is_refitted = candidates.chosen(*fitted), True
-            steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
+    terms = candidates.chosen(selection.selected)
     if progress is not None:
         progress(candidates.total - len(terms))
     if options.selections is not None:
         options.selections.append(terms)
-    program = candidates.write(terms, options.writing)
-    return Found(terms, program, is_refitted, tuple(steps))
+    return FoundTerms(terms, candidates.write(terms, options.writing), tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:
@@ -142,15 +145,3 @@ def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
 
 def _operations(candidates: Candidates, selection: Selection) -> int:
     return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), ROUGH)
-
-
-def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations of the torque for multiples of a budget from descents alone."""
-    candidates = candidates_of(exact, level, allowed)
-
-    def count(factor: float) -> int:
-        selection = candidates.selection()
-        descend(selection, candidates.stays, limit=factor)
-        return candidates.write(candidates.chosen(selection.selected), COUNTING).count.total
-
-    return count

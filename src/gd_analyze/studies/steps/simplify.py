@@ -140,9 +140,9 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) 
 def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
-    At other levels, and with a limit on operations, there is one budget, which is searched later.
+    At other levels there is one budget, which is searched later.
     """
-    if level_named(settings.level) is not TERM or settings.operations is not None:
+    if level_named(settings.level) is not TERM:
         return [], settings.asked
     is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
     budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
@@ -175,12 +175,10 @@ def _model_at(
     settings, source = inputs.settings, inputs.source
     options = SearchOptions(
         level_named(settings.level),
-        settings.refit,
-        settings.operations,
         same_velocities=same_velocities,
         most_terms=most_terms,
     )
-    if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
+    if settings.at_set_points or not inputs.has_tube:
         model = simplify_exact(
             exact, budget, options, progress=progress.advance, provenance=source, stage=progress
         )
@@ -200,7 +198,7 @@ def _other_budgets(
         steps: Sequence[SimplifiedModel] = (model,)
     else:
         near = search.held.near or exact
-        # With a limit on operations, and at level element, the model keeps another budget.
+        # At level element the model keeps another budget.
         steps = budget_path(near, model.accuracy.asked, measured(near, model))
     path = dynamics.points.path(exact, steps)
     models_of_stops = {
