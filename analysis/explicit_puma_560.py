@@ -27,8 +27,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import ENERGY, HARMONIC_LEVELS, TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
 from gd_analyze.simplification.trade_off import trade_off

@@ -11,7 +11,7 @@ import gd_analyze as gd
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import FINAL
 from gd_analyze.studies.comparison import comparison

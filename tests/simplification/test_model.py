@@ -15,8 +15,8 @@ from gd_analyze.errors import ModelError
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.element import parts_of
 from gd_analyze.simplification.harmonic import ENERGY
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_torque import model_torque
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.tables import decompose_states, states_in_box, states_of
 from gd_analyze.types import LEVELS, Budget, Drive, ExactDynamics, SimplifiedModel, States

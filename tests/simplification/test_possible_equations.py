@@ -19,9 +19,9 @@ from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.candidates import candidates_of
 from gd_analyze.simplification.coordinates import shortest
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import digest_of_model
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.types import ExactDynamics, ExactForm
 from long_cases import long

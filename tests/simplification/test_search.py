@@ -18,7 +18,7 @@ from gd_analyze.robots.parts import LinkUncertainty
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.element import ElementPart, parts_of, torque_by_part
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.tables import decompose_states, rank_terms, states_in_box

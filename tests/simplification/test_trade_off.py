@@ -12,10 +12,10 @@ from few_tries import few_tries
 from gd_analyze import trade_off
 from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, HARMONIC_LEVELS, TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import exactly
-from gd_analyze.simplification.program_level import PROGRAM
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.trade_off import BUDGET_FACTORS, curves
 from gd_analyze.types import Budget, ExactDynamics, SimplifiedModel
@@ -74,8 +74,8 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
         np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)
 
 
-def test_a_program_stands_alone(swinging):
-    model = exactly(swinging, PROGRAM, swinging.allowed("50%"), "50%")
+def test_a_model_of_parts_stands_alone(swinging):
+    model = exactly(swinging, ELEMENT, swinging.allowed("50%"), "50%")
     assert budget_path(swinging, Budget.parse("50%"), model) == (model,)
 
 

@@ -23,8 +23,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import search_terms
 from gd_analyze.simplification.torque_program import ROUGH, Effort
 from gd_analyze.threads import one_thread
@@ -254,7 +254,7 @@ class _Rounds:
         stated_gamma = model.accuracy.gamma
         assert stated_gamma is not None  # stated by every search
         stated = model.stating(replace(model.accuracy, gamma=max(stated_gamma, float(drawn_gammas.max()))))
-        is_usable = model.level.has_symmetric_inertia and stated_gamma < 1.0
+        is_usable = stated_gamma < 1.0
         return trial._replace(model=stated), states[:, drawn_gammas >= 1.0] if is_usable else nothing
 
     def _written(self, trial: Held, allowed: FloatArray, writing: Effort) -> Held:

@@ -111,8 +111,9 @@ def simplify(
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
-        from gd_analyze.simplification.levels import SearchOptions, level_named
+        from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
+        from gd_analyze.simplification.search import SearchOptions
         from gd_analyze.studies.simplifying import search_model
 
         replaces = out is not None and replaces_model(out)

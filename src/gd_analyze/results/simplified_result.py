@@ -120,7 +120,7 @@ def _model_parts(
     written = equation_part(
         "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
     )
-    if model.level.has_torque_terms and len(model.terms) > READABLE:
+    if model.has_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
     return (*facts, written)

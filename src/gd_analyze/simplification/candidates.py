@@ -23,11 +23,12 @@ from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
-from gd_analyze.simplification.effects import Mask, TermTorques
+from gd_analyze.simplification.effects import IntegerArray, Mask, TermTorques
 from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel, Costs, IntegerArray, Level, Terms
-from gd_analyze.simplification.selection import Selection, TermChoice
+from gd_analyze.simplification.harmonic import HarmonicLevel
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.selection import Costs, Selection, TermChoice
 from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import SINE_PRICE
 
@@ -74,7 +75,7 @@ class Candidates:
         Multiplications and additions that a sine or cosine counts as.
     """
 
-    level: CandidateLevel
+    level: HarmonicLevel
     form: ExactForm
     terms: Terms
     numbers: IntegerArray
@@ -126,7 +127,7 @@ def candidates_of(
     TooManyTermsError
         If too many terms matter within the budget.
     """
-    if not isinstance(level, CandidateLevel):
+    if not isinstance(level, HarmonicLevel):
         message = f"level {level.name} has no single terms to choose from"
         raise UsageError(message, where="level", expected="term or energy", found=level.name)
     require_few_terms(exact, level)
@@ -159,7 +160,7 @@ def candidates_of(
     return Candidates(level, exact.form, terms, numbers, choice, stays[remaining], len(listed), sine_price)
 
 
-def numbers_of(level: CandidateLevel, form: ExactForm, terms: Iterable[Any]) -> IntegerArray:
+def numbers_of(level: HarmonicLevel, form: ExactForm, terms: Iterable[Any]) -> IntegerArray:
     """Candidates of terms, from 0 in the order of their first terms, shape (T,)."""
     together = _together(level, form)
     first = [together.get(term, term) for term in terms]
@@ -183,7 +184,7 @@ def of_any(chosen: Container[Any], terms: Iterable[Any], numbers: IntegerArray) 
 
 
 @lru_cache(maxsize=8)
-def _together(level: CandidateLevel, form: ExactForm) -> dict[Any, Any]:
+def _together(level: HarmonicLevel, form: ExactForm) -> dict[Any, Any]:
     """A term of those that stay or go together, by each of the others."""
     printed, users = form.printed(form.torques), dict[TorqueTerm, Any]()
     pairs = (
@@ -211,7 +212,7 @@ def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
     return {thing: representative(thing) for thing in out}
 
 
-def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
+def require_few_terms(exact: ExactDynamics, level: HarmonicLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     reason = too_many_terms(exact.form)
     if not reason:
@@ -225,13 +226,13 @@ def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
 
 
 @lru_cache(maxsize=4)
-def _every_torque(level: CandidateLevel, form: ExactForm) -> TermTorques:
+def _every_torque(level: HarmonicLevel, form: ExactForm) -> TermTorques:
     """Torques of all candidates, the same in every round of a search."""
     terms = level.terms(form)
     return level.term_torques(form, terms, numbers_of(level, form, terms))
 
 
-def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> int:
+def terms_beyond(exact: ExactDynamics, level: HarmonicLevel, allowed: FloatArray) -> int:
     """Number of terms whose torque alone exceeds the allowed error, N m, shape (n,), at some state.
 
     A model keeps about as many: dropped terms rarely cancel.

@@ -43,7 +43,6 @@ from gd_analyze.simplification.model_claims import (
     require_terms_computed,
     with_states_named,
 )
-from gd_analyze.simplification.program_level import PROGRAM
 from gd_analyze.text import field_fault, in_python, json_fault
 
 MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
@@ -52,7 +51,6 @@ VERSION: Literal[7] = 7
 LARGEST_FILE = 100_000_000
 _BEGIN = 200  # bytes that hold the format's name
 _MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
-_LEVELS = LEVELS | {PROGRAM.name: PROGRAM}
 
 
 class _JointError(Checked):
@@ -226,7 +224,7 @@ def _certificate(model: SimplifiedModel) -> _Certificate | None:
 
 
 def _model_of(document: ModelDocument) -> SimplifiedModel:
-    level = _LEVELS[document.level]
+    level = LEVELS[document.level]
     form = ExactForm(arm_from_description(document.arm), document.drives)
     form = form.in_joint_velocities if document.velocities == "joint" else form
     inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(form.arm.n_joints)}
@@ -336,7 +334,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
     """
     path = path_of(path)
     raw = _read(path)
-    for key, possible in (("version", [VERSION]), ("level", list(_LEVELS))):
+    for key, possible in (("version", [VERSION]), ("level", list(LEVELS))):
         if raw.get(key) not in possible:
             expected, value = " or ".join(map(str, possible)), in_python(raw.get(key))
             raise _refused(f"the model file has another {key}", f"{path}: {key}", expected, value)

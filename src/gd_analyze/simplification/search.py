@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -9,15 +11,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
 from gd_analyze.simplification.inertia_error import InertiaTerms
-from gd_analyze.simplification.level import CandidateLevel, Terms
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -26,7 +31,8 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.simplification.torque_program import ROUGH
+from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
+from gd_analyze.text import SINE_PRICE
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None
@@ -48,6 +54,38 @@ class _InertiaSettings:
 _SETTINGS = _InertiaSettings()
 
 
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search."""
+
+    level: Level = TERM
+    thorough: bool = True  # attempts after the first descent; without them, the descent alone
+    writing: Effort = FINAL  # spent on the program of the model
+    effort: float = 1.0  # number of attempts, relative to the usual
+    # Successive selections, which a search continues and extends.
+    selections: list[Terms] | None = None
+    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
+    most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
+    sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
+    dearer: bool = False  # return the result even if it takes more operations than the exact torque
+
+    def __post_init__(self) -> None:
+        require_flags_of(self)
+        level = level_named(self.level)
+        object.__setattr__(self, "level", level)
+        for name, kind, expected in (
+            ("effort", numbers.Real, "a number above 0"),
+            ("sine_price", numbers.Real, "a number of operations"),
+        ):
+            require_type(getattr(self, name), kind, name, expected)
+        if not self.effort > 0.0:
+            value = str(self.effort)
+            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
+        if self.sine_price < 0:
+            value = str(self.sine_price)
+            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
+
+
 class FoundTerms(NamedTuple):
     """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
 
@@ -58,7 +96,7 @@ class FoundTerms(NamedTuple):
 
 def selected_terms(
     exact: ExactDynamics,
-    level: CandidateLevel,
+    level: HarmonicLevel,
     allowed: FloatArray,
     options: SearchOptions,
     progress: TermProgress = None,

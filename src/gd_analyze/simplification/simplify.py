@@ -12,8 +12,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.harmonic import HarmonicLevel
 from gd_analyze.simplification.model import (
     SimplifiedModel,
     exactly,
@@ -22,7 +21,7 @@ from gd_analyze.simplification.model import (
     with_gamma,
     with_rewriting,
 )
-from gd_analyze.simplification.search import TermProgress, selected_terms
+from gd_analyze.simplification.search import SearchOptions, TermProgress, selected_terms
 from gd_analyze.simplification.torque_program import FINAL
 
 # States that represent very many in a search among terms, which evaluates each thousands of times.
@@ -69,7 +68,7 @@ def _within(
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
     allowed, level = exact.allowed(budget), options.level
-    assert isinstance(level, CandidateLevel)
+    assert isinstance(level, HarmonicLevel)
     options = replace(options, selections=[] if options.selections is None else options.selections)
     # A sample represents very many states. The worst of all states join it while they exceed the budget. The
     # margin shrinks each time, so that the loop ends.

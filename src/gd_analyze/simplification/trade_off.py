@@ -14,8 +14,8 @@ from gd_analyze.simplification.candidates import TooManyTermsError, require_few_
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS, TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import exactly
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.threads import one_thread
 

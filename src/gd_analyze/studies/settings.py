@@ -31,7 +31,7 @@ class Settings:
         Allowed torque error, or its text such as "1% or 10% friction". By default 1 % of peak torque or, if
         its model has more terms than one can read, the next of `named_budgets`.
     level
-        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
+        How to simplify, see `gd_analyze.simplify`.
     verdicts
         At level "element", keep the dominant part of every element by verdicts over the set points ("own") or
         by [FGL87]'s ("text"). This level is written without a search: its error is stated as its

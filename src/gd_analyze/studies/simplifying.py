@@ -24,9 +24,9 @@ from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import TermProgress
+from gd_analyze.simplification.search import SearchOptions, TermProgress
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python

@@ -29,7 +29,8 @@ from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
+from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.selection import descend
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import COUNTING
