@@ -60,8 +60,8 @@ def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) ->
     For larger budgets no term returns. Budgets are a tenth to ten times the model's;
     the smallest is larger where it would keep too many terms to choose from.
     """
-    if not isinstance(model.level, HarmonicLevel):
-        return (model,)  # a program, or parts of elements, stands alone
+    if not model.has_terms:
+        return (model,)  # parts of elements stand alone
     exact, models = exact.with_form(model.form), list[SimplifiedModel]()
     for factor, trial in _along_terms(exact, model):
         allowed = factor * model.accuracy.allowed
@@ -87,7 +87,6 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
 
 def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
-    assert isinstance(model.level, HarmonicLevel)
     thinned = exact.thinned(_SETTINGS.most_states)
     for smallest in _SETTINGS.smallest_factors:
         with suppress(TooManyTermsError):

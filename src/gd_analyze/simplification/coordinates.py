@@ -38,7 +38,7 @@ def in_worthwhile_velocities(
     short = replace(options, writing=ROUGH, effort=_EFFORT * options.effort, selections=None)
 
     def operations(form: ExactForm) -> int:
-        terms = selected_terms(sample.with_form(form), TERM, allowed, short).terms
+        terms = selected_terms(sample.with_form(form), allowed, short).terms
         return TERM.operations(form, terms, COUNTING)
 
     with suppress(TooManyTermsError):

@@ -19,7 +19,7 @@ from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.levels import level_named
@@ -95,18 +95,16 @@ class FoundTerms(NamedTuple):
 
 
 def selected_terms(
-    exact: ExactDynamics,
-    level: HarmonicLevel,
-    allowed: FloatArray,
-    options: SearchOptions,
-    progress: TermProgress = None,
+    exact: ExactDynamics, allowed: FloatArray, options: SearchOptions, progress: TermProgress = None
 ) -> FoundTerms:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
     A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
     """
     start = options.selections[-1] if options.selections else None
-    candidates = candidates_of(exact, level, allowed, sine_price=options.sine_price, included=start or {})
+    candidates = candidates_of(
+        exact, options.level, allowed, sine_price=options.sine_price, included=start or {}
+    )
     settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
     repair(selection, settings)

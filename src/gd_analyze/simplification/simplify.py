@@ -12,7 +12,6 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.harmonic import HarmonicLevel
 from gd_analyze.simplification.model import (
     SimplifiedModel,
     exactly,
@@ -67,16 +66,15 @@ def _within(
     exact: ExactDynamics, budget: Budget, options: SearchOptions, progress: TermProgress = None
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a budget."""
-    allowed, level = exact.allowed(budget), options.level
-    assert isinstance(level, HarmonicLevel)
+    allowed = exact.allowed(budget)
     options = replace(options, selections=[] if options.selections is None else options.selections)
     # A sample represents very many states. The worst of all states join it while they exceed the budget. The
     # margin shrinks each time, so that the loop ends.
     sample, margin = exact.thinned(_MOST_STATES), 1.0
     while True:
         limit = margin * allowed
-        outcome = selected_terms(sample, level, limit, options, progress)
-        model = exactly(sample, level, limit, str(budget))
+        outcome = selected_terms(sample, limit, options, progress)
+        model = exactly(sample, options.level, limit, str(budget))
         model = replace(model, terms=outcome.terms, program=outcome.program)
         model = measured(sample, model.stating(replace(model.accuracy, steps=outcome.steps)))
         model = with_rewriting(model) if options.writing == FINAL else model
