@@ -403,7 +403,7 @@ def test_an_arm_is_named_or_given(two_link):
     assert "gravity_loading" in gd.export("two_link", "c")._repr_html_()
 
 
-@pytest.mark.parametrize("case", ["two_link term", "two_link fast"])
+@pytest.mark.parametrize("case", ["two_link term", "two_link energy"])
 def test_a_model_from_its_file_is_written_the_same(case, tmp_path):
     model = subject(case).model
     gd.save_model(model, tmp_path / "model.json")
