@@ -170,7 +170,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "certify m.json --along x.csv --margin qd=1%,qd=2%": ("--margin, entry 2",),
     "simplify two_link --level atom": ("--level",),
     "rank two_link x.csv --level element": ("--level",),
-    "simplify two_link --operations -3": ("-3",),
     "simplify two_link --effort 0": ("--effort",),
     "columns two_link x.csv --rate 0": ("'--rate'",),
     "columns two_link x.csv --rate 0.008": ("--rate 125",),
@@ -232,16 +231,8 @@ WORDS: dict[str, tuple[str, ...]] = {
     "diagnose two_link t.csv --measured --report x.csv/below": ("x.csv",),
     "diagnose two_link t.csv --report r --format doc": ("--format", "'doc'"),
     # Options that do not go together
-    "simplify two_link --refit --level element": ("level element", "refit", "term or energy"),
-    "two_link x.csv --refit --level element": ("level element", "refit", "term or energy"),
-    "simplify two_link --within 5": ("--within", "--level fast"),
-    "simplify two_link --level fast --within 0": ("--within", "'0'"),
-    "simplify two_link --level fast --within nan": ("--within", "'nan'"),
     "simplify two_link --effort nan": ("--effort", "'nan'"),
     "simplify two_link --effort 1001": ("--effort", "1000"),
-    "simplify two_link --refit --level fast": ("level fast", "refit", "term or energy"),
-    "simplify two_link --operations 12 --level fast": ("level fast", "operations", "term or energy"),
-    "two_link x.csv --operations 12 --level fast": ("level fast", "operations", "term or energy"),
     "simplify two_link --certified --at-set-points": ("--certified",),
     "simplify two_link --margin 1deg": ("--margin", "trajectory"),
     "certify m.json --margin 1deg": ("--margin", "--along"),
@@ -373,24 +364,10 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
     assert "--level element" in result.err
 
 
-def test_without_numba_it_is_said_how_to_install_it(run, here, listing, monkeypatch):
-    monkeypatch.setattr("gd_analyze.simplification.fast.find_spec", lambda name: None)
-    before = listing()
-    for words in (
-        "simplify two_link two-link-swing --level fast -o m.json",
-        "two_link two-link-swing --level fast",
-    ):
-        result = run(words)
-        assert (result.code, result.out) == (2, "")
-        assert "`pip install numba`" in result.err
-        assert_is_a_message(result.err)
-        assert listing() == before
-
-
 @pytest.mark.slow
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     gd.save_arm(arm_of(["askew"] * 7, rng), here / "own.toml")
     result = run("rank own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "60000" in result.err
-    assert "--level fast" in result.err
+    assert "`gd-analyze export ROBOT --to c`" in result.err

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_programs import fast_model
 from gd_analyze import Trajectory
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, ModelError, TrajectoryError, UsageError
 from gd_analyze.report.html import page_of
@@ -104,22 +103,6 @@ def test_dropping_h_costs_with_the_square_of_the_speed(swing_study):
     assert not good_enough(narrow)
     headlines = [control_result(study).headline for study in (narrow, wide)]
     assert ["exact model" in headline for headline in headlines] == [True, False]
-
-
-@pytest.mark.slow
-def test_a_model_without_inertia_has_no_feedback():
-    """Along a motion in which the wrist hardly moves, a program drops its inertia; fixed gains help."""
-    settings = gd.types.ControlSettings(rates=(200.0,), speeds=(1.0,))
-    model = fast_model(gd.types.ExactDynamics.of("puma560", "large-slew"), "1%")
-    study = gd.control(model, "large-slew", settings)
-    assert study.feedback.share < 0.1
-    # The wrist, and none of the joints that swing.
-    assert set(study.feedback.joints) <= {4, 5, 6}
-    assert not study.certified
-    assert good_enough(study) == laws.FIXED_GAINS
-    assert any(fact.label.startswith("Least feedback left") for fact in control_result(study).facts)
-    fixed, simplified = (study.loop(c, 200.0, 1.0).peak_error.max() for c in (laws.FIXED_GAINS, SIMPLIFIED))
-    assert fixed < simplified
 
 
 def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_study):

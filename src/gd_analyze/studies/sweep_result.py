@@ -59,7 +59,7 @@ def sweep_result(dataset: xr.Dataset, arm: RobotArm, provenance: Mapping[str, st
         facts.insert(-1, Fact("precision", "Changes located within", precision, text=precision_text))
     notices = []
     if quick and not counted.size:
-        notices.append("The arm has too many terms for a quick count; give --operations fast.")
+        notices.append("The arm has too many terms for a quick count; give --operations element.")
     subtitle = ", ".join(
         filter(None, [f"swept along {attrs['trajectory']}", drives_text(arm, attrs["drives"])])
     )
