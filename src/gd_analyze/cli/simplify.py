@@ -4,35 +4,20 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import BUDGET, command_line, is_default
+from gd_analyze.cli.options import command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import SINE_PRICE
-
-if TYPE_CHECKING:
-    from gd_analyze.studies.tracking import TrackingBudget
-
-
-def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
-    """A torque budget, or an allowed tracking error."""
-    from gd_analyze.studies.tracking import TrackingBudget
-
-    return TrackingBudget.parse(text) or options.parse_budget(text)
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@options.budget(
-    f"{BUDGET} Or, along a trajectory, `tracking 0.1deg` or `tracking 1mm at the end effector`, with the "
-    "loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
-    _budget_or_tracking,
-)
+@options.budget()
 @options.level()
 @options.simplify
 @click.option(
@@ -76,7 +61,7 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
 @reporting
 def simplify(
     inputs: Given,
-    budget: gd.types.Budget | TrackingBudget,
+    budget: gd.types.Budget,
     level: str,
     refit: bool,
     operations: int | None,
@@ -104,7 +89,6 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
-      gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
       gd-analyze simplify puma560 pick-and-place --level fast --within 20
     """
@@ -128,17 +112,14 @@ def simplify(
         from gd_analyze.simplification.levels import SearchOptions, level_named
         from gd_analyze.simplification.model_file import replaces_model
         from gd_analyze.studies.simplifying import search_model
-        from gd_analyze.studies.tracking import TrackingBudget
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(
             level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
         )
-        if isinstance(budget, TrackingBudget) and operations is not None:
-            raise click.UsageError("--budget tracking cannot be combined with --operations")
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        search = search_model(
+        held_model = search_model(
             exact,
             motion,
             None if level == "element" else budget,
@@ -151,11 +132,9 @@ def simplify(
             stage=stage,
             progress=stage.advance,
         )
-        held_model = search.held
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
-        result = result if search.tracked is None else search.tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)
