@@ -1,4 +1,4 @@
-"""Files that are not what they seem: pointers, damaged Parquet, nested aliases, headers that lack."""
+"""Files that are not what they seem: pointers, nested aliases, headers that lack."""
 
 from __future__ import annotations
 
