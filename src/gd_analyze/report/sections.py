@@ -36,10 +36,6 @@ from gd_analyze.robots.inspection import arm_tables
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import given, number
 
-# Rows of the ranking of terms.
-_RANKED_TERMS = 40
-_SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
-
 
 def sections(findings: Findings) -> tuple[Section, ...]:
     """All appendices that have something to show, in order."""
