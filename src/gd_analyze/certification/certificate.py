@@ -7,7 +7,7 @@ The proof is in docs/certificate.md: a grid over a box (`grid`, `motion`), Taylo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray

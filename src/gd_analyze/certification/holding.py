@@ -216,8 +216,10 @@ class _OverRegion:
         lower, upper, _ = self.region.pieces(GAMMA_POSITIONS, np.random.default_rng(1))
         states = np.random.default_rng(1).uniform(lower, upper)
         gammas = model.gammas(self.exact.at(States(*states)))
-        self._gamma = float(gammas.max())
-        is_usable = model.level.has_symmetric_inertia and model.gamma(self.exact) < 1.0
+        stated = model.accuracy.gamma
+        assert stated is not None  # of every search, at its states
+        self._gamma = max(stated, float(gammas.max()))
+        is_usable = model.level.has_symmetric_inertia and stated < 1.0
         return states[:, gammas >= 1.0] if is_usable else states[:, :0]
 
     def _proof(self, model: SimplifiedModel, *, tighten: bool) -> Certificate:

@@ -30,7 +30,7 @@ from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.model_file import ModelDocument, checked_model, document_of
+from gd_analyze.simplification.model_file import ModelDocument, document_of, model_of
 
 if TYPE_CHECKING:
     import h5py
@@ -78,7 +78,7 @@ def write_results(findings: Findings, path: Path) -> None:
     models = {"model": findings.model}
     if findings.element_model is not findings.model:
         models["element_model"] = findings.element_model
-    documents = {name: document_of(model).model_dump() for name, model in models.items()} | {
+    documents = {name: document_of(model).model_dump(mode="json") for name, model in models.items()} | {
         "arm": describe_in_full(findings.arm),
         "ranked_terms": TERM.to_entries(findings.ranked_terms),
     }
@@ -135,7 +135,7 @@ def load_findings(path: str | Path) -> Findings:
 
 
 def _model(document: Any) -> SimplifiedModel:
-    return checked_model(ModelDocument.model_validate(document))
+    return model_of(ModelDocument.model_validate(document))
 
 
 def load_results(path: str | Path) -> xr.DataTree:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, PlainSerializer, PlainValidator
+from pydantic import AfterValidator, ConfigDict, Field, PlainSerializer, PlainValidator
 
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
@@ -57,11 +57,16 @@ _DESCRIBED: tuple[dict[str, type], ...] = (
 _AS_LISTS = PlainSerializer(lambda array: array.tolist())
 Numbers = Annotated[FloatArray, PlainValidator(_numbers), _AS_LISTS]
 Sizes = Annotated[FloatArray, PlainValidator(_sizes), _AS_LISTS]
-# In a file null stands for infinity, which JSON has no number for.
+
+
+def _share(value: Any) -> float:
+    """A share of 0 or more; in a file null stands for infinity, which JSON has no number for."""
+    return math.inf if value is None else float(_sizes(float(value)))
+
+
 _Share = Annotated[
     float,
-    BeforeValidator(lambda share: math.inf if share is None else share),
-    Field(ge=0.0, allow_inf_nan=True),
+    PlainValidator(_share),
     PlainSerializer(lambda share: share if math.isfinite(share) else None),
 ]
 

@@ -8,14 +8,13 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements, text_verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
@@ -23,9 +22,9 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import Checked, Level, Terms
+from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
-from gd_analyze.simplification.torque_program import ROUGH, Effort
+from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import rounded_up
 
 VERDICT_SOURCES = ("own", "text")
@@ -136,16 +135,11 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     return TracedParts(trace, qdd[:, 0], states_first)
 
 
-class _PartEntry(Checked):
-    part: str
-
-
 class ElementLevel(Level):
     """Parts are kept whole, by verdicts and without a search: each has the weight 1."""
 
     name: ClassVar[str] = "element"
     keeps: ClassVar[str] = "parts of elements"
-    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_PartEntry])
 
     def terms(self, form: ExactForm) -> Terms:
         """Parts in the order of their elements."""
@@ -161,18 +155,9 @@ class ElementLevel(Level):
         n = form.arm.n_joints
         return parts_formulas(kept_effects(n, terms), n, form.drives)
 
-    def to_entry(self, term: ElementPart, weight: float) -> Checked:
-        """Write the part's label."""
-        return _PartEntry(part=term.label)
-
-    def from_entry(self, form: ExactForm, entry: _PartEntry) -> tuple[ElementPart, float]:
-        """Find the part with this label."""
-        parts = {part.label: part for part in parts_of(form.arm.n_joints)}
-        if entry.part not in parts:
-            first, *_, last = parts
-            message = f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm"
-            raise ModelError(message, expected=f"labels such as {first!r} or {last!r}")
-        return parts[entry.part], 1.0
+    def entry(self, term: ElementPart) -> str:
+        """The part's label."""
+        return term.label
 
 
 ELEMENT: ElementLevel = ElementLevel()
@@ -187,8 +172,7 @@ def model_by_verdicts(
     """
     parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
-    program = ELEMENT.write(exact.form, parts, ROUGH)
-    model = measured(exact, replace(everything, terms=parts, program=program))
+    model = measured(exact, replace(everything, terms=parts))
     largest = model.accuracy.errors.largest
     # Along each of several motions the budget is a share of the peak torque there, unless a joint needs none.
     tables = [model.accuracy.errors, *(motion.errors for motion in model.accuracy.motions)]

@@ -5,24 +5,22 @@ Search, models, certificates and reports use this interface and know no level by
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.harmonics.terms import EnergyTerm, Torques
 from gd_analyze.operations.program import Program
-from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import Effort
-from gd_analyze.text import LARGEST_COEFFICIENT
 
 # Content of a model: a number by term, or by change of a program, of the level's own type.
 Terms = Mapping[Any, float]
@@ -31,14 +29,6 @@ Costs = Mapping[frozenset[int], int]
 # Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
 # in sign and powers of two share one, so that arithmetic stays shared.
 IntegerArray = NDArray[np.int64]
-# What a term is multiplied by.
-Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
-
-
-class Checked(BaseModel):
-    """Base of a model file's entries: unknown keys and infinite numbers are refused."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class Level(ABC):
@@ -52,7 +42,6 @@ class Level(ABC):
     # A search minimises the operations of D, h and c, not of the torque
     is_structured: ClassVar[bool] = False
     is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
-    entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
@@ -81,23 +70,19 @@ class Level(ABC):
         return len(terms), len(self.terms(form))
 
     @abstractmethod
-    def to_entry(self, term: Any, weight: float) -> Checked:
-        """Write a term for a model file."""
+    def entry(self, term: Any) -> Any:
+        """A term as a model file names it, in plain values."""
 
-    @abstractmethod
-    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
-        """Read a term back; a ModelError if the arm cannot have it."""
-
-    def to_entries(self, terms: Terms) -> list[Any]:
-        """Write terms for a model file, as plain values."""
-        return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
-
-    def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
-        """Read terms back; a ModelError if one is stated twice, or is not of the arm."""
-        stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
-        terms = dict(stated)
-        if len(terms) < len(stated):
-            raise ModelError("a term is stated twice")
+    def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> Terms:
+        """Find terms among the arm's as a model file names them; a ModelError if one is not there, or twice."""
+        by_entry = {json.dumps(self.entry(term)): term for term in self.terms(form)}
+        coefficients, terms = self.terms(form), {}
+        for place, entry in enumerate(entries):
+            term = by_entry.get(json.dumps(entry))
+            if term is None or term in terms:
+                message = "a term is stated twice" if term else f"{form.arm.name} has no such term"
+                raise ModelError(message, where=f"terms.{place}", found=json.dumps(entry)[:120])
+            terms[term] = coefficients[term]
         return terms
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
@@ -154,12 +139,3 @@ class CandidateLevel(Level):
     def numbers(self, form: ExactForm, terms: Sequence[Any]) -> IntegerArray:
         """Free numbers of a refit; by default every term has its own."""
         return np.arange(len(terms))
-
-
-class Found(NamedTuple):
-    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
-
-    terms: Terms
-    program: Program
-    refitted: bool
-    steps: tuple[SearchStep, ...]

@@ -19,7 +19,7 @@ from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
-from gd_analyze.operations.program import OperationCount, Program, plain_program
+from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import STATED, Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.exact import ExactForm
@@ -44,11 +44,7 @@ class SimplifiedModel:
     form
         The exact dynamics that it approximates.
     terms
-        Numbers by kept term, of the level's own type; none of a program that a search found.
-    program
-        The torques as a straight-line program, from which D, h and c follow.
-    refitted
-        Whether kept coefficients were refitted to compensate for dropped ones.
+        Coefficients by kept term, of the level's own type.
     accuracy
         Budget, errors, and the states at which they were measured.
     provenance
@@ -58,8 +54,6 @@ class SimplifiedModel:
     level: Level
     form: ExactForm
     terms: Terms
-    program: Program
-    refitted: bool = False
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -235,27 +229,37 @@ class SimplifiedModel:
         """Simplified c, N m, shape (..., n)."""
         return self._evaluated(self.functions.gravity_loading, q)
 
-    def stating(self, accuracy: Accuracy) -> SimplifiedModel:
-        """The same model with this accuracy; what was derived from its terms is not derived again."""
+    def stating(
+        self, accuracy: Accuracy | None = None, provenance: Mapping[str, str] | None = None
+    ) -> SimplifiedModel:
+        """The same model with other statements; what was derived from its terms is not derived again."""
         model = copy(self)
-        object.__setattr__(model, "accuracy", accuracy)
+        if accuracy is not None:
+            object.__setattr__(model, "accuracy", accuracy)
+        if provenance is not None:
+            object.__setattr__(model, "provenance", dict(provenance))
         return model
+
+    @cached_property
+    def program(self) -> Program:
+        """Its torques as a straight-line program of few operations."""
+        if self.drops_nothing:
+            return self.form.program
+        return self.level.write(self.form, self.terms, FINAL)
 
     @cached_property
     def functions(self) -> Functions:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
-        if self._drops_nothing:
+        if self.drops_nothing:
             return self.form.functions
         if not self.level.has_torque_terms:
             return functions_of(self.program, self.arm.n_joints)
         by_terms = functions_of_terms(self.form.velocities, self.torques, FINAL)
         return by_terms.cheapest(functions_of(self.program, self.arm.n_joints, symmetric=True))
 
-    @property
-    def _drops_nothing(self) -> bool:
-        """Whether it is the exact dynamics: all terms of its level or, without terms, the exact program."""
-        if self.level.is_program:
-            return plain_program(self.program) == plain_program(self.form.program)
+    @cached_property
+    def drops_nothing(self) -> bool:
+        """Whether it keeps all terms of its level, and is the exact dynamics."""
         return self.terms == self.level.terms(self.form)
 
     def gamma(self, exact: ExactDynamics) -> float:
@@ -292,22 +296,6 @@ def require_model(value: object) -> None:
     require_type(value, SimplifiedModel, "model", "a model, as `simplify` or `load_model` returns it")
 
 
-def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Replace a model that saves nothing by the exact one; the record of the search is kept."""
-    if model.saves:
-        return model
-    everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
-    stated = everything.accuracy
-    accuracy = replace(
-        model.accuracy,
-        errors=stated.errors,
-        motions=stated.motions,
-        norms=stated.norms,
-        gamma=everything.gamma(exact),
-    )
-    return replace(everything, accuracy=accuracy, provenance=model.provenance)
-
-
 def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
     """Make the exact model, in the fewest operations known."""
     form, errors = exact.form, exact.errors_of(exact.torque)
@@ -315,7 +303,6 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         level=level,
         form=form,
         terms=level.terms(form),
-        program=form.program,
         accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
     )
     return measured(exact, model)

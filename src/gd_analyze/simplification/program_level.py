@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from pydantic import TypeAdapter
-
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.level import Checked, Level, Terms
+from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import Effort
 
 
@@ -20,7 +18,6 @@ class ProgramLevel(Level):
     name: ClassVar[str] = "program"
     keeps: ClassVar[str] = "operations"
     is_program: ClassVar[bool] = True
-    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[Checked])
 
     def terms(self, form: ExactForm) -> Terms:
         """None: the program is the model."""
@@ -34,13 +31,9 @@ class ProgramLevel(Level):
         """None: equations are those of the program, see `SimplifiedModel.formulas`."""
         return ()
 
-    def to_entry(self, term: Any, weight: float) -> Checked:
+    def entry(self, term: Any) -> Any:
         """There are no terms."""
         raise ModelError("a model of level program has no terms")
-
-    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
-        """There are no terms."""
-        raise ModelError("a model of level program has no terms", expected="none")
 
 
 PROGRAM: ProgramLevel = ProgramLevel()

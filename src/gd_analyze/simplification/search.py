@@ -1,9 +1,10 @@
-"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit."""
+"""The cheapest terms within a budget: a descent, attempts to improve it, and a usable D."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,8 @@ from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.inertia_error import InertiaTerms
-from gd_analyze.simplification.level import CandidateLevel, Found
+from gd_analyze.simplification.level import CandidateLevel, Terms
 from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.refit import refitted
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -25,7 +25,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.simplification.torque_program import COUNTING, ROUGH
+from gd_analyze.simplification.torque_program import ROUGH
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None
@@ -47,18 +47,22 @@ class _InertiaSettings:
 _SETTINGS = _InertiaSettings()
 
 
+class SearchResult(NamedTuple):
+    """The terms that a search keeps, and its steps."""
+
+    terms: Terms
+    steps: tuple[SearchStep, ...]
+
+
 def selected_terms(
     exact: ExactDynamics,
     level: CandidateLevel,
     allowed: FloatArray,
     options: SearchOptions,
+    start: Terms | None = None,
     progress: TermProgress = None,
-) -> Found:
-    """Search for the terms to keep; a TooManyTermsError if too many matter.
-
-    A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
-    """
-    start = options.selections[-1] if options.selections else None
+) -> SearchResult:
+    """Search for the terms to keep, from `start` if given; a TooManyTermsError if too many matter."""
     candidates = candidates_of(exact, level, allowed, sine_price=options.sine_price, included=start or {})
     settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
@@ -79,18 +83,10 @@ def selected_terms(
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
-    terms, is_refitted = candidates.chosen(selection.selected), False
-    if options.refit:
-        fitted = refitted(candidates, selection.selected, candidates.stays)
-        if fitted is not None:
-            terms, is_refitted = candidates.chosen(*fitted), True
-            steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
+    terms = candidates.chosen(selection.selected)
     if progress is not None:
         progress(candidates.total - len(terms))
-    if options.selections is not None:
-        options.selections.append(terms)
-    program = candidates.write(terms, options.writing)
-    return Found(terms, program, is_refitted, tuple(steps))
+    return SearchResult(terms, tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:
@@ -142,15 +138,3 @@ def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
 
 def _operations(candidates: Candidates, selection: Selection) -> int:
     return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), ROUGH)
-
-
-def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations of the torque for multiples of a budget from descents alone."""
-    candidates = candidates_of(exact, level, allowed)
-
-    def count(factor: float) -> int:
-        selection = candidates.selection()
-        descend(selection, candidates.stays, limit=factor)
-        return candidates.write(candidates.chosen(selection.selected), COUNTING).count.total
-
-    return count

@@ -91,7 +91,7 @@ def until_it_holds(
         start = search.terms
         model = replace(everything, terms=search.terms)
         model = measured(sample, model.stating(replace(everything.accuracy, steps=search.steps)))
-        model = with_rewriting(model)
+        model = with_gamma(sample, with_rewriting(model))
         if not model.saves or len(model.terms) > options.most_terms:
             return Searched(model, sample)
         excess = next((e for e in (check(model, turn) for check in checks) if e.states.size), None)
