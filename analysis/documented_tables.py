@@ -23,7 +23,8 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.files import write_text
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import number
 

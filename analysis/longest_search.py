@@ -24,7 +24,7 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.motions.planning import Schedule, plan_motion
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from psdm_measure import machine
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share

@@ -31,8 +31,8 @@ from gd_analyze.exporting.export import Exported, export, written
 from gd_analyze.exporting.export_input import ExportInput
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share

@@ -24,7 +24,7 @@ from gd_analyze.text import LEVEL_NAMES, in_python
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 12
+SCHEMA_VERSION = 13
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150

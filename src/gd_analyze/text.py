@@ -282,18 +282,6 @@ def number_in(text: str) -> float | None:
     return float(stripped) if _NUMBER.fullmatch(stripped) else None
 
 
-def whole_number_in(text: str) -> int | None:
-    """Read a whole number of 0 or more, also as 80.0; None where there is none.
-
-    Examples
-    --------
-    >>> whole_number_in("80"), whole_number_in("80.0"), whole_number_in("80.9"), whole_number_in("-1")
-    (80, 80, None, None)
-    """
-    number = number_in(text)
-    return int(number) if number is not None and 0 <= number <= LARGEST and number == int(number) else None
-
-
 def html_of(
     title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str = "", more: str = ""
 ) -> str:

@@ -136,7 +136,6 @@ OPTIONS: list[tuple[str, str, Any]] = [
     ("analyze", "dominance", "a tenth"),
     ("analyze", "margin", 3j),
     ("simplify", "margin", {"q": 1}),
-    ("simplify", "operations", "a"),
     ("simplify", "effort", "long"),
     ("tables.robustness", "samples", "many"),
     ("tables.robustness", "samples", -2),
@@ -197,8 +196,10 @@ def test_what_counts_as_true_is_no_setting(name, flag):
 
 def test_flags_of_every_kind_are_tried():
     """Public functions have these and no others; NumPy's own True is one."""
-    assert {"overwrite", "strict", "drives", "refit", "physical", "allow_violations"} <= {x for _, x in FLAGS}
-    assert gd.types.Settings(refit=np.True_).refit
+    assert {"overwrite", "strict", "drives", "at_set_points", "physical", "allow_violations"} <= {
+        x for _, x in FLAGS
+    }
+    assert gd.types.Settings(at_set_points=np.True_).at_set_points
 
 
 # Arguments that are one of some words, by function.

@@ -25,7 +25,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import taken_apart
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from long_cases import long
 from recordings import swung

@@ -170,7 +170,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "certify m.json --along x.csv --margin qd=1%,qd=2%": ("--margin, entry 2",),
     "simplify two_link --level atom": ("--level",),
     "rank two_link x.csv --level element": ("--level",),
-    "simplify two_link --operations -3": ("-3",),
     "simplify two_link --effort 0": ("--effort",),
     "columns two_link x.csv --rate 0": ("'--rate'",),
     "columns two_link x.csv --rate 0.008": ("--rate 125",),
@@ -232,8 +231,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "diagnose two_link t.csv --measured --report x.csv/below": ("x.csv",),
     "diagnose two_link t.csv --report r --format doc": ("--format", "'doc'"),
     # Options that do not go together
-    "simplify two_link --refit --level element": ("level element", "refit", "term or energy"),
-    "two_link x.csv --refit --level element": ("level element", "refit", "term or energy"),
     "simplify two_link --effort nan": ("--effort", "'nan'"),
     "simplify two_link --effort 1001": ("--effort", "1000"),
     "simplify two_link --certified --at-set-points": ("--certified",),

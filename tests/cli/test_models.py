@@ -71,31 +71,22 @@ def test_the_exact_equations_of_two_rods(run):
     assert "0.33 pdd2" in run(f"{words} --digits 2 --quiet").json["equations"][1]
 
 
-def test_states_drives_refit_and_effort(run):
+def test_states_and_drives(run):
     words = "simplify puma560 --drives --level energy --states 30 --seed 3 --at-set-points --budget 10%"
     result, found = run(words), run(f"{words} --json").json
     assert "30 states" in result.words
-    assert (found["fitted_on"]["seed"], found["drives"], found["refitted"]) == (3, True, False)
+    assert (found["fitted_on"]["seed"], found["drives"]) == (3, True)
     for row in found["joints"]:
         assert row["certified"] is None
         assert 0 <= row["rms_error"] <= row["largest_error"] <= row["allowed_error"]
         assert row["allowed_error"] == pytest.approx(0.1 * row["peak_torque"], rel=1e-14)
-    refitted = run(f"{words} --refit --json").json
-    assert refitted["operations"]["total"] <= found["operations"]["total"]
-    # A refit goes on from where the search without one ends; terms are written in fewer operations last.
-    steps = [step for step in found["search"] if step["name"] != "rewriting"]
-    assert refitted["search"][: len(steps)] == steps
 
 
 @pytest.mark.slow
-def test_payload_links_alone_and_so_many_operations(run):
+def test_a_payload_and_links_alone(run):
     assert run(f"{TWO} --payload 1,0,0,0 --json").json["arm"] == "two_link+1kg"
     words = "simplify puma560 --no-drives --budget 10% --level term --states 30 --at-set-points --json"
     assert run(words).json["drives"] is False
-    asked = run(f"{TWO} --operations 12 --json").json
-    assert asked["operations"]["total"] <= 12
-    loose = run(f"{TWO} --operations 1000 --json").json
-    assert max(of(loose["joints"], "largest_share")) <= 1e-5
 
 
 @pytest.mark.slow

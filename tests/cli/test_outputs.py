@@ -188,7 +188,7 @@ def test_an_arm_of_the_same_name_replaces_what_it_gave_before(run, motion, here)
 
 def test_reports_go_beside_their_analysis_or_to_a_folder_of_their_own(run, motion, here):
     assert run(f"{RUN} --format h5,csv").code == 0
-    assert run("two_link gentle.csv --out other --format csv --refit").code == 0
+    assert run("two_link gentle.csv --out other --format csv --at-set-points").code == 0
     assert run("report r/analysis.h5 --format csv").code == 0
     words = "report r/analysis.h5 --format csv --out other"
     refused = run(words)

@@ -37,7 +37,6 @@ def test_it_is_shown_in_millimetres(run):
     ("line", "said"),
     [
         ("simplify two_link --budget", "trajectory"),
-        ("simplify two_link two-link-swing --operations 9 --budget", "--operations"),
         ("two_link two-link-swing --budget", "`gd-analyze simplify`"),
     ],
 )

@@ -1,8 +1,8 @@
-"""Programs changed without a search: summands dropped, numbers rounded, steps gone; and their errors."""
+"""Programs changed without a search: numbers rounded, steps gone; and their errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.program_level import PROGRAM
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.types import Box, ExactForm, RobotArm, SimplifiedModel, States
 from made_models import promising_nothing
 
@@ -45,36 +45,13 @@ def rounded(program: Program, digits: int = 3) -> Program:
     return Program.of(trace, [of(output) for output in program.outputs])
 
 
-def without_first(program: Program, places: Sequence[int]) -> Program:
-    """The program without the first summand of the sums and differences at some places."""
-    kinds = {"add": _second, "subtract": _minus_second}
-    return changed(program, {place: kinds[program.steps[place].operation] for place in places})
-
-
-def _second(a: Any, b: Any) -> Any:
-    return b
-
-
-def _minus_second(a: Any, b: Any) -> Any:
-    return -b
-
-
 def _number(value: float, *_: Any) -> float:
     return value
 
 
-def sums_of(program: Program) -> list[int]:
-    """Places of the sums and differences of two steps."""
-    return [
-        place
-        for place, step in enumerate(program.steps)
-        if step.operation in ("add", "subtract") and all(isinstance(x, Expression) for x in step.arguments)
-    ]
-
-
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:
     """A model that is this program and promises nothing."""
-    return promising_nothing(ExactForm(arm), PROGRAM, {}, program)
+    return promising_nothing(ExactForm(arm), ELEMENT, {}, program)
 
 
 def pruned(arm: RobotArm, share: float, rng: np.random.Generator) -> SimplifiedModel:

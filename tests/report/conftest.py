@@ -64,11 +64,11 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
 @pytest.fixture(scope="session")
 @few_tries()
 def by_level(two_link: RobotArm, swing: Trajectory) -> dict[str, Findings]:
-    mechanical = Settings(budget=WIDE, level="energy", refit=True, at_set_points=True)
+    mechanical = Settings(budget=WIDE, level="energy", at_set_points=True)
     return {
         "element": gd.analyze(two_link, swing, level="element"),
         "energy": gd.analyze(two_link, swing, settings=mechanical),
-        "term": gd.analyze(two_link, swing, level="term", operations=20),
+        "term": gd.analyze(two_link, swing, level="term", budget=WIDE, at_set_points=True),
     }
 
 

@@ -106,9 +106,7 @@ class Certificate:
             return proven
         worst = self.along.argmax(axis=0)
         pieces = np.stack([tube.lower[worst], tube.upper[worst]], axis=1)
-        return replace(
-            proven, margin=tube.margin, trajectory_fingerprint=tube.fingerprint, pieces=pieces
-        )
+        return replace(proven, margin=tube.margin, trajectory_fingerprint=tube.fingerprint, pieces=pieces)
 
     @property
     def where(self) -> str:

@@ -19,9 +19,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search import TermProgress
+from gd_analyze.simplification.search import SearchOptions, TermProgress
 from gd_analyze.simplification.simplify import (
     MOST_ROUNDS,
     USUAL,
@@ -112,11 +111,12 @@ def simplify_held(
     best = shortest([held.model for held in short])
     held = next(held for held in short if held.model is best)
     model = stated(exact, best).stating(provenance=provenance)
-    gamma = max(x for x in (best.accuracy.gamma, model.accuracy.gamma) if x is not None)
-    model = model.stating(replace(model.accuracy, gamma=gamma))
-    if not model.saves:
+    if model.saves:
+        gamma = max(x for x in (best.accuracy.gamma, model.accuracy.gamma) if x is not None)
+        model = model.stating(replace(model.accuracy, gamma=gamma))
+        held = held._replace(model=proven(model, held.certificate))
+    else:
         held = Held(model, near=held.near)
-    held = held._replace(model=proven(model, held.certificate))
     if model.saves or not certified:
         return held
     certificate = certify(model, region, harmonics=exact.form.harmonics)
@@ -219,7 +219,7 @@ class _OverRegion:
         stated = model.accuracy.gamma
         assert stated is not None  # of every search, at its states
         self._gamma = max(stated, float(gammas.max()))
-        is_usable = model.level.has_symmetric_inertia and stated < 1.0
+        is_usable = model.has_terms and stated < 1.0
         return states[:, gammas >= 1.0] if is_usable else states[:, :0]
 
     def _proof(self, model: SimplifiedModel, *, tighten: bool) -> Certificate:

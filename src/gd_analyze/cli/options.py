@@ -335,20 +335,8 @@ verdicts = click.option(
     help="With --level element: whose verdicts say which part of an element is kept, those over the states "
     "(own) or [FGL87]'s (text).",
 )
-simplify = together(
-    click.option(
-        "--refit",
-        is_flag=True,
-        help="Refit the kept terms (levels term and energy).",
-    ),
-    number(
-        "--operations",
-        None,
-        "Most multiplications and additions of the model; the budget is scaled to meet it.",
-    ),
-    click.option(
-        "--at-set-points",
-        is_flag=True,
-        help="Keep the budget at the set points, or at the states drawn, only.",
-    ),
+at_set_points = click.option(
+    "--at-set-points",
+    is_flag=True,
+    help="Keep the budget at the set points, or at the states drawn, only.",
 )

@@ -34,7 +34,7 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
     _budget_or_tracking,
 )
 @options.level()
-@options.simplify
+@options.at_set_points
 @click.option(
     "--effort",
     type=options.Amount(most=1000.0),
@@ -71,8 +71,6 @@ def simplify(
     inputs: Given,
     budget: gd.types.Budget | TrackingBudget,
     level: str,
-    refit: bool,
-    operations: int | None,
     effort: float,
     sine_price: int,
     certified: bool,
@@ -87,25 +85,24 @@ def simplify(
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
     The budget holds near the motion, or near each of several, and is proven where the proof succeeds; without
-    a trajectory, within the arm's limits as far as a search finds. With --operations it holds at the set
-    points or states drawn only. docs/simplification.md says more.
+    a trajectory, within the arm's limits as far as a search finds. docs/simplification.md says more.
 
     \b
     Examples:
       gd-analyze simplify puma560
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
-      gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
+      gd-analyze simplify puma560 --budget "1% or 10% friction"
       gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
     """
-    if certified and (at_set_points or operations is not None):
-        raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
+    if certified and at_set_points:
+        raise click.UsageError("--certified cannot be combined with --at-set-points")
     if margin is not None and (at_set_points or not inputs.trajectories):
         raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
-    searched = certified or at_set_points or operations is not None or margin is not None
+    searched = certified or at_set_points or margin is not None
     if level == "element" and (searched or not is_default("budget")):
         raise click.UsageError("--level element keeps no budget: omit the options of a search")
     if level != "element" and not is_default("verdicts"):
@@ -114,17 +111,13 @@ def simplify(
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
-        from gd_analyze.simplification.levels import SearchOptions, level_named
+        from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
+        from gd_analyze.simplification.search import SearchOptions
         from gd_analyze.studies.simplifying import search_model
-        from gd_analyze.studies.tracking import TrackingBudget
 
         replaces = out is not None and replaces_model(out)
-        search_options = SearchOptions(
-            level_named(level), refit, operations, effort=effort, sine_price=sine_price
-        )
-        if isinstance(budget, TrackingBudget) and operations is not None:
-            raise click.UsageError("--budget tracking cannot be combined with --operations")
+        search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
         start = time.perf_counter()
         exact, motion = inputs.exact()
         search = search_model(
@@ -188,9 +181,9 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
 )
 @reporting
 def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
-    r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
+    r"""Simplify at every level of terms, for a tenth to ten times the budget.
 
-    Some minutes for six joints. `simplify --budget` or `simplify --operations` makes the model of a point.
+    Some minutes for six joints. `simplify --budget` makes the model of a point.
 
     \b
     Examples:
@@ -199,9 +192,10 @@ def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Outpu
     """
     with output.working() as stage:
         from gd_analyze.results.term_results import trade_off_result
-        from gd_analyze.simplification.trade_off import BUDGET_FACTORS, LEVELS_AND_REFITS
+        from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
+        from gd_analyze.simplification.trade_off import BUDGET_FACTORS
 
         exact, _ = inputs.exact()
-        stage("simplifying", len(LEVELS_AND_REFITS) * len(BUDGET_FACTORS))
+        stage("simplifying", len(HARMONIC_LEVELS) * len(BUDGET_FACTORS))
         points = gd.trade_off(exact, budget, thorough=not quick, progress=stage.advance)
     output.give(trade_off_result(points, exact, budget))

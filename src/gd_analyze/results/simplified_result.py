@@ -67,9 +67,7 @@ def simplified_result(
         if certificate is None:
             proven.append(Fact("", "Proof", "none: --certified asks for one"))
     steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
-    size_text = (
-        f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' if model.refitted else ''}"
-    )
+    size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, error_text),
@@ -82,7 +80,6 @@ def simplified_result(
                 text=f"{model.level.name}: {size_text}",
                 note=in_words(accuracy.fitted_on),
             ),
-            Fact("refitted", "", model.refitted),
             Fact("drives", "", model.drives),
             Fact("budget", "", accuracy.budget),
             Fact("fitted_on", "", dict(accuracy.fitted_on)),
@@ -123,7 +120,7 @@ def _model_parts(
     written = equation_part(
         "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
     )
-    if model.level.has_torque_terms and len(model.terms) > READABLE:
+    if model.has_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
     return (*facts, written)

@@ -80,17 +80,17 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
 
 def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budget: Budget) -> Result:
     """Operations by level and budget."""
-    arm, full, by_kind = exact.arm, exact.form.operations, curves(tuple(points))
-    budgets = [point.budget for point in next(iter(by_kind.values()), ())]
+    arm, full, by_level = exact.arm, exact.form.operations, curves(tuple(points))
+    budgets = [point.budget for point in next(iter(by_level.values()), ())]
     columns = [Column("", "budget", budgets, shown="text")]
-    for (level, refit), row in by_kind.items():
+    for level, row in by_level.items():
         counts = [point.operations.total for point in row]
-        columns.append(Column("", f"{level}{', refitted' if refit else ''}", counts, shown="count"))
+        columns.append(Column("", level.name, counts, shown="count"))
     title = "Multiplications and additions of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
     point_columns = (
         Column("level", "", [point.level.name for point in points]),
-        *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
+        *columns_of(points, ("budget", "", "text")),
         Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
         Column("largest_share", "", [point.error_share for point in points]),
     )

@@ -16,9 +16,8 @@ from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search import selected_terms
+from gd_analyze.simplification.search import SearchOptions, selected_terms
 from gd_analyze.simplification.torque_program import COUNTING
 
 _STATES = 150  # states of the short search, beside extremes
@@ -39,7 +38,7 @@ def in_worthwhile_velocities(
     short = replace(options, effort=_EFFORT * options.effort)
 
     def operations(form: ExactForm) -> int:
-        terms = selected_terms(sample.with_form(form), TERM, allowed, short).terms
+        terms = selected_terms(sample.with_form(form), allowed, short).terms
         return TERM.operations(form, terms, COUNTING)
 
     with suppress(TooManyTermsError):

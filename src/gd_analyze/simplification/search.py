@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -9,14 +11,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.terms import EnergyTerm
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import InertiaTerms
-from gd_analyze.simplification.level import CandidateLevel, Terms
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -26,6 +31,7 @@ from gd_analyze.simplification.selection import (
     repair,
 )
 from gd_analyze.simplification.torque_program import ROUGH
+from gd_analyze.text import SINE_PRICE
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None
@@ -47,7 +53,35 @@ class _InertiaSettings:
 _SETTINGS = _InertiaSettings()
 
 
-class SearchResult(NamedTuple):
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search."""
+
+    level: Level = TERM
+    thorough: bool = True  # attempts after the first descent; without them, the descent alone
+    effort: float = 1.0  # number of attempts, relative to the usual
+    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
+    most_terms: float = math.inf  # the first search that ends with more is the last
+    sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
+
+    def __post_init__(self) -> None:
+        require_flags_of(self)
+        level = level_named(self.level)
+        object.__setattr__(self, "level", level)
+        for name, kind, expected in (
+            ("effort", numbers.Real, "a number above 0"),
+            ("sine_price", numbers.Real, "a number of operations"),
+        ):
+            require_type(getattr(self, name), kind, name, expected)
+        if not self.effort > 0.0:
+            value = str(self.effort)
+            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
+        if self.sine_price < 0:
+            value = str(self.sine_price)
+            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
+
+
+class SelectedTerms(NamedTuple):
     """The terms that a search keeps, and its steps."""
 
     terms: Terms
@@ -56,14 +90,15 @@ class SearchResult(NamedTuple):
 
 def selected_terms(
     exact: ExactDynamics,
-    level: CandidateLevel,
     allowed: FloatArray,
     options: SearchOptions,
     start: Terms | None = None,
     progress: TermProgress = None,
-) -> SearchResult:
+) -> SelectedTerms:
     """Search for the terms to keep, from `start` if given; a TooManyTermsError if too many matter."""
-    candidates = candidates_of(exact, level, allowed, sine_price=options.sine_price, included=start or {})
+    candidates = candidates_of(
+        exact, options.level, allowed, sine_price=options.sine_price, included=start or {}
+    )
     settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
     repair(selection, settings)
@@ -86,7 +121,7 @@ def selected_terms(
     terms = candidates.chosen(selection.selected)
     if progress is not None:
         progress(candidates.total - len(terms))
-    return SearchResult(terms, tuple(steps))
+    return SelectedTerms(terms, tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:

@@ -13,9 +13,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
-from gd_analyze.simplification.search import TermProgress, selected_terms
+from gd_analyze.simplification.search import SearchOptions, TermProgress, selected_terms
 
 # States that represent very many in a search, which evaluates each thousands of times.
 MOST_SEARCHED = 600
@@ -82,12 +81,9 @@ def until_it_holds(
     """
     sample, share, start = first.thinned(MOST_SEARCHED), np.ones(len(allowed)), None
     everything = exactly(sample, options.level, allowed, str(budget))
-    model = everything
     for turn in range(MOST_ROUNDS):
         effort = options.effort * (1.0 if start is None else _CONTINUED_EFFORT)
-        search = selected_terms(
-            sample, options.level, share * allowed, replace(options, effort=effort), start, progress
-        )
+        search = selected_terms(sample, share * allowed, replace(options, effort=effort), start, progress)
         start = search.terms
         model = replace(everything, terms=search.terms)
         model = measured(sample, model.stating(replace(everything.accuracy, steps=search.steps)))
@@ -104,7 +100,7 @@ def until_it_holds(
             share = share * needed**_SHRINK_POWER
         elif turn >= patience:
             share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
-    return Searched(everything.stating(replace(everything.accuracy, steps=model.accuracy.steps)), sample)
+    return Searched(everything, sample)
 
 
 def at_states(exact: ExactDynamics, allowed: FloatArray) -> Check:
@@ -156,6 +152,6 @@ def stated(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     """State errors and gamma at given states; the exact model stands for one that saves nothing."""
     exact, accuracy = exact.with_form(model.form), model.accuracy
     if not model.saves:
-        model = exactly(exact, model.level, accuracy.allowed, accuracy.budget)
+        return with_gamma(exact, exactly(exact, model.level, accuracy.allowed, accuracy.budget))
     accuracy = replace(accuracy, fitted_on=exact.states.described)
     return with_gamma(exact, measured(exact, model.stating(accuracy)))

@@ -29,7 +29,7 @@ from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joi
 from gd_analyze.results.diagnosis_result import table_of_faults
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import named_joints, number, percent, with_error
 

@@ -24,9 +24,9 @@ from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import TermProgress
+from gd_analyze.simplification.search import SearchOptions, TermProgress
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python
@@ -44,8 +44,6 @@ def simplify(
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
-    refit: bool = False,
-    operations: int | None = None,
     drives: bool | None = None,
     effort: float = 1.0,
     sine_price: int = SINE_PRICE,
@@ -74,11 +72,6 @@ def simplify(
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
         method of [FGL87], which keeps no budget but states its error.
-    refit
-        Change kept coefficients to compensate for dropped ones.
-    operations
-        Most multiplications and additions of the torque; the budget is scaled to the smallest that allows it,
-        and holds at the states only.
     drives
         Include drive inertia, or take the links alone; by default it is included if the arm describes
         drives, see `ExactDynamics.of`.
@@ -110,7 +103,7 @@ def simplify(
     ------
     UsageError
         If the budget is not understood, does not fit the number of joints, or is a share of a number that the
-        arm does not state; if the level has nothing to refit; if a margin or a proof is asked for where the
+        arm does not state; if a margin or a proof is asked for where the
         budget holds at given states only; or if not even the exact model can be certified.
     TrajectoryError
         If no motion leads from one set point to the next; `at_set_points` does without one.
@@ -130,7 +123,7 @@ def simplify(
     True
     """
     arm = arm_with_masses(arm)
-    options = SearchOptions(level_named(level), refit, operations, effort=effort, sine_price=sine_price)
+    options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
     if states is None:
         states = states_in_box(arm)
@@ -197,10 +190,10 @@ def search_model(
     UsageError
         As for `simplify`.
     """
-    is_element, at_states = options.level is ELEMENT, at_states or options.operations is not None
+    is_element = options.level is ELEMENT
     if (at_states or is_element) and (certified or margin is not None or region is not None):
         message = "the budget holds at given states only"
-        where, expected = "at_set_points, operations or level element", "neither region, margin nor certified"
+        where, expected = "at_set_points or level element", "neither region, margin nor certified"
         next_step = "give a trajectory, or none for the arm's limits"
         raise UsageError(message, where=where, expected=expected, next_step=next_step)
     if margin is not None and (motion is None or region is not None):
@@ -210,8 +203,8 @@ def search_model(
         message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
         raise UsageError(message, where="verdicts", expected=expected, found=in_python(verdicts))
     if is_element:
-        if budget is not None or options.operations is not None:
-            require_no_budget(options.level, f"budget {budget}, operations {options.operations}")
+        if budget is not None:
+            require_no_budget(options.level, f"budget {budget}")
         model = with_gamma(exact, model_by_verdicts(exact, verdicts))
         return FoundModel(Held(replace(model, provenance=dict(provenance or {}))))
 

@@ -24,14 +24,16 @@ from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.robots.varied import SPEED, Bodies, Parameter, VariedArm
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
-from gd_analyze.simplification.candidates import TooManyTermsError
+from gd_analyze.simplification.candidates import TooManyTermsError, candidates_of
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import LEVELS, SearchOptions, level_named
-from gd_analyze.simplification.search import quick_count
+from gd_analyze.simplification.levels import LEVELS, level_named
+from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.selection import descend
 from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.torque_program import COUNTING
 from gd_analyze.studies.many import each
 from gd_analyze.text import LARGEST, UNSIGNED
 from gd_analyze.threads import one_thread
@@ -379,12 +381,20 @@ class _Sweep:
             exact = ExactDynamics.of(self.varied.at(values), states, drives).under(self.budget)
             if by == QUICK:
                 try:
-                    return quick_count(exact, TERM, exact.allowed(self.budget))(1.0)
+                    return _quick_count(exact, exact.allowed(self.budget))
                 except TooManyTermsError:
                     return np.nan
             level = level_named(by)
             budget = None if level is ELEMENT else self.budget
             return simplify_exact(exact, budget, SearchOptions(level)).operations.total
+
+
+def _quick_count(exact: ExactDynamics, allowed: FloatArray) -> int:
+    """Estimate operations of the torque from a descent alone."""
+    candidates = candidates_of(exact, TERM, allowed)
+    selection = candidates.selection()
+    descend(selection, candidates.stays)
+    return candidates.write(candidates.chosen(selection.selected), COUNTING).count.total
 
 
 def _usable(budget: Budget | str | None) -> Budget:
