@@ -27,7 +27,6 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.accuracy import STATED
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import ModelDocument, document_of, model_of
@@ -80,7 +79,7 @@ def write_results(findings: Findings, path: Path) -> None:
         models["element_model"] = findings.element_model
     documents = {name: document_of(model).model_dump(mode="json") for name, model in models.items()} | {
         "arm": describe_in_full(findings.arm),
-        "ranked_terms": TERM.to_entries(findings.ranked_terms),
+        "ranked_terms": [TERM.entry(term) for term in findings.ranked_terms],
     }
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
@@ -113,7 +112,7 @@ def load_findings(path: str | Path) -> Findings:
         model = elements = _model(documents["model"])
         if "element_model" in documents:
             elements = _model(documents["element_model"])
-        ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
+        ranked = TERM.from_entries(model.form, documents["ranked_terms"])
         warn_of_others(path, str(attributes.get("run", "")))
         del tables["documents"]
         if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):

@@ -20,8 +20,9 @@ from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.torque_program import Effort
@@ -173,18 +174,26 @@ def model_by_verdicts(
     parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
     model = measured(exact, replace(everything, terms=parts))
-    largest = model.accuracy.errors.largest
-    # Along each of several motions the budget is a share of the peak torque there, unless a joint needs none.
-    tables = [model.accuracy.errors, *(motion.errors for motion in model.accuracy.motions)]
+    model = with_its_own_budget(model)
+    return measured(exact.weighed(None).under(model.accuracy.asked), model)
+
+
+def with_its_own_budget(model: SimplifiedModel) -> SimplifiedModel:
+    """State the error of a model as its budget.
+
+    Along each of several motions it is a share of the peak torque there, unless a joint needs none.
+    """
+    accuracy = model.accuracy
+    tables = [accuracy.errors, *(motion.errors for motion in accuracy.motions)]
     largest_shares = [errors.largest_share for errors in tables]
     shares = np.where(np.isfinite(largest_shares), largest_shares, -1.0).max(axis=0)
     budget = ", ".join(
         f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
-        for error, share in zip(largest.tolist(), shares.tolist(), strict=True)
+        for error, share in zip(accuracy.errors.largest.tolist(), shares.tolist(), strict=True)
     )
-    exact = exact.weighed(None).under(budget)
-    accuracy = replace(model.accuracy, budget=budget, allowed=exact.allowed(budget))
-    return measured(exact, model.stating(accuracy))
+    by = ReferenceTorques(model.arm, accuracy.errors.peak_torque, accuracy.uncertainty)
+    allowed = allowed_by(Budget.parse(budget), by)
+    return model.stating(replace(accuracy, budget=budget, allowed=allowed))
 
 
 def require_no_budget(level: Level, value: str) -> None:

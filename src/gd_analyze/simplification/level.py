@@ -56,8 +56,9 @@ class Level(ABC):
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
         """Find terms among the arm's as a file names them; a ModelError if one is not there, or is twice."""
-        by_entry = {json.dumps(self.entry(term)): term for term in self.terms(form)}
-        coefficients, terms = self.terms(form), dict[Any, float]()
+        terms = dict[Any, float]()
+        coefficients = self.terms(form) if entries else {}
+        by_entry = {json.dumps(self.entry(term)): term for term in coefficients}
         for place, entry in enumerate(entries):
             term = by_entry.get(json.dumps(entry))
             if term is None or term in terms:
