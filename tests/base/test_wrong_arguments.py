@@ -37,7 +37,6 @@ def right(two_link, swing, swing_dataset, swing_findings) -> dict[str, Any]:
         "position": [0.0, 0.0, 0.1],
         "vary": "link2.mass=1..2:2",
         "languages": "c",
-        "text": "0.1deg",
         "table": [{"arm": "two_link", "trajectory": "two-link-swing"}],
         "over_time": gd.tables.dominance_over_time(swing_dataset),
     }
@@ -49,7 +48,6 @@ CALLS: dict[str, str] = {
     "certify": "model",
     "certify_positive_definite": "model",
     "compare_torque": "arm trajectory",
-    "control": "model trajectory",
     "decompose": "arm trajectory",
     "diagnose": "arm logs",
     "equations": "arm",
@@ -71,7 +69,6 @@ CALLS: dict[str, str] = {
     "simplify": "arm trajectory",
     "sweep": "arm trajectory vary",
     "batch": "table path",
-    "tracking_budget": "arm trajectory text",
     "trade_off": "exact",
     "write_trajectory": "trajectory path",
     "tables.base_parameters": "arm",
@@ -168,7 +165,7 @@ def function_named(name: str) -> Any:
 
 
 FLAGS = [(name, flag) for name in CALLS for flag in flags(function_named(name))]
-SETTINGS = ("Settings", "ControlSettings", "Reading", "Treatment", "Link")
+SETTINGS = ("Settings", "Reading", "Treatment", "Link")
 
 
 @pytest.mark.parametrize(("name", "flag"), FLAGS)

@@ -106,7 +106,6 @@ MODELS: list[tuple[str, tuple[str, ...]]] = [
     ('{"format": "gd-ana', ("line 1, column 12",)),
 ]
 
-CONTROL = "control m.json two-link-swing"
 # Words of the command, those behind "|" as one, and what the message must name.
 WORDS: dict[str, tuple[str, ...]] = {
     # What is named
@@ -137,7 +136,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "puma560 x.csv": ("line 1", "q1, q2"),
     "compare puma560 x.csv": ("q1, q2",),
     "certify m.json --along pick-and-place": ("pick-and-place",),
-    f"{CONTROL} --friction": ("arm two_link", "friction", "[[drives]]"),
     "two_link x.csv --drives": ("arm two_link", "[[drives]]"),
     "compare puma560 --symbolic": ("two_link",),
     "equations two_link --element D13": ("error: --element", "'D13'", "D11 to D22"),
@@ -188,22 +186,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     PLAN.replace("duration 2", "duration 0.1"): ("--allow-violations",),
     PLAN + " --profile quintc": ("--profile", "quintic"),
     PLAN + " --via 1,1": ("error: --via",),
-    f"{CONTROL} --loop-rate fast": ("--loop-rate", "entry 1", "'fast'", "continuous"),
-    f"{CONTROL} --loop-rate 10": ("error: --loop-rate", "found: 10 Hz", "20 Hz or more"),
-    f"{CONTROL} --speeds 1,-1": ("'--speeds'", "entry 2, '-1'"),
-    f"{CONTROL} --speeds 0.01 --loop-rate 100000": ("100000 Hz", "found: 15000000", "300000"),
-    f"{CONTROL} --damping 0.01": ("error: --damping", "found: 0.01"),
-    f"{CONTROL} --within 1parsec": ("--within, entry 1",),
-    f"{CONTROL} --within 1mm": ("error: --within", "0.1deg"),
-    "simplify two_link two-link-swing --budget|tracking 1 kg": ("error: --budget, entry 1",),
-    "simplify two_link two-link-swing --budget|tracking 1mm": ("error: --budget", "0.1deg"),
-    "simplify two_link two-link-swing --budget|tracking 1deg at 20": ("'at 20'", "at 20 rad/s"),
-    "simplify two_link two-link-swing --budget|tracking 1deg at 10 Hz": ("at 62.83 rad/s",),
-    "simplify two_link two-link-swing --budget|tracking 1deg damping 1 at 20 rad/s": (
-        "'damping 1'",
-        '"at 20 rad/s damping 1"',
-    ),
-    "simplify two_link two-link-swing --budget|tracking 1e99deg": ("error: --budget", "1.74533e+97", "1e+12"),
+    "simplify two_link --budget|tracking 0.1deg": ("error: --budget, entry 1", "'tracking 0.1deg'"),
     "columns two_link x.csv --map torque=tau": ("--map", "found: torque=tau", "torque:JOINT"),
     "sweep m.json x.csv --vary speed=1..2": ("error: m.json", "a .json file"),
     "export two_link --to fortran": ("fortran", "casadi, cpp"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from xml.etree import ElementTree
 
@@ -13,7 +12,6 @@ import gd_analyze as gd
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.motions.trajectory import trajectory_csv
 from gd_analyze.simplification.harmonic import ENERGY
-from gd_analyze.studies.control_result import control_result
 from gd_analyze.tables import with_payload
 from gd_analyze.types import ExactForm
 from long_cases import long
@@ -358,41 +356,6 @@ def test_certified_along_a_trajectory_and_between_its_extremes(run):
     assert np.max(of(pieces, "certified"), axis=0).tolist() == of(told["joints"], "certified")
     assert large["tube"]["margins"]["q"] == pytest.approx([np.radians(5.0)] * 6)
     assert "2 of 30" in run(f"certify m.json {along}").words
-
-
-def test_a_loop_is_the_library_s(run, model, swing, here):
-    words = "control model.json two-link-swing --loop-rate continuous,200 --speeds 1,2 --bandwidth 30"
-    told = run(f"{words} --within 20mrad --json").json
-    settings = gd.types.ControlSettings(
-        bandwidth=30.0,
-        rates=(math.inf, 200.0),
-        speeds=(1.0, 2.0),
-        tolerance=gd.types.Tolerance(revolute=0.02),
-    )
-    study = gd.control(gd.load_model("model.json"), swing, settings)
-    for row, loop in zip(told["loops"], study.loops, strict=True):
-        assert (row["controller"], row["rate"] or math.inf) == (loop.controller.title, loop.rate)
-        for name in ("peak_error", "rms_error", "peak_torque", "saturated"):
-            # The same operations in the same order.
-            assert row[name] == getattr(loop, name).tolist()
-    assert (told["bandwidth"], told["damping"], told["speeds"]) == (30.0, 1.0, [1.0, 2.0])
-    assert (told["files"], told["joints"][0]["tolerance"]) == ([], 0.02)
-    shown, result = run(f"{words} --within 20mrad").words, control_result(study)
-    assert result.headline in shown
-    assert all(fact.written in shown for fact in result.facts if fact.label)
-
-
-@pytest.mark.slow
-def test_a_loop_with_a_payload_and_its_report(run, model, here):
-    words = "control model.json two-link-swing --payload 0.5,0,0,0 --loop-rate 200 --speeds 1 --out r"
-    told = run(f"{words} --json").json
-    assert (told["moved"], told["joints"][0]["certified"]) == ("two_link+0.5kg", [])
-    assert told["files"] == ["r/control.html", "r/control.pdf", "r/control.json"]
-    assert sorted(path.name for path in (here / "r").iterdir()) == sorted(x[2:] for x in told["files"])
-    assert run(words).code == 0
-    other = run(f"{words} --torque-limits off")
-    assert (other.code, "--overwrite" in other.err) == (2, True)
-    assert run(f"{words} --torque-limits off --overwrite").code == 0
 
 
 def test_compared_formulations(run, motion):

@@ -344,7 +344,6 @@ VERBS += [
     "equations",
     "compare",
     "certify",
-    "control",
     "export",
     "completion",
 ]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from gd_analyze.operations.program import Program
@@ -11,7 +9,6 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.results.model_facts import apart_text, headline, operation_facts
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import no_dearer
-from gd_analyze.simplification.torque_program import FINAL
 from gd_analyze.tables import states_of
 from gd_analyze.types import ExactDynamics, SimplifiedModel
 from made_models import model_of
@@ -34,9 +31,9 @@ def exact(two_link, swing) -> ExactDynamics:
 def saving(exact: ExactDynamics, torque: bool, functions: bool) -> SimplifiedModel:
     """A model of three terms that saves in its torque, in its D, h and c, in both or neither."""
     terms = dict(sorted(exact.form.upper_torques.items(), key=lambda item: -abs(item[1]))[:3])
-    model = model_of(exact.form, TERM, terms, FINAL)
+    model = model_of(exact.form, TERM, terms)
     if not torque:
-        model = replace(model, program=longer(model.program))
+        vars(model)["program"] = longer(model.program)
     if not functions:
         dear = model.functions._replace(inertia=longer(model.functions.inertia))
         vars(model)["functions"] = dear

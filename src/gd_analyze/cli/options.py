@@ -306,9 +306,10 @@ BUDGET = (
 )
 
 
-def budget(words: str = BUDGET, parse: Callable[[str], Any] = parse_budget) -> Callable[[F], F]:
+def budget(words: str = BUDGET) -> Callable[[F], F]:
     """--budget."""
-    return click.option("--budget", type=Parsed("budget", parse), default="1%", metavar="LIST", help=words)
+    kind = Parsed("budget", parse_budget)
+    return click.option("--budget", type=kind, default="1%", metavar="LIST", help=words)
 
 
 def named_budget() -> Callable[[F], F]:

@@ -4,35 +4,20 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import BUDGET, command_line, is_default
+from gd_analyze.cli.options import command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import SINE_PRICE
-
-if TYPE_CHECKING:
-    from gd_analyze.studies.tracking import TrackingBudget
-
-
-def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
-    """A torque budget, or an allowed tracking error."""
-    from gd_analyze.studies.tracking import TrackingBudget
-
-    return TrackingBudget.parse(text) or options.parse_budget(text)
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@options.budget(
-    f"{BUDGET} Or, along a trajectory, `tracking 0.1deg` or `tracking 1mm at the end effector`, with the "
-    "loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
-    _budget_or_tracking,
-)
+@options.budget()
 @options.level()
 @options.at_set_points
 @click.option(
@@ -69,7 +54,7 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
 @reporting
 def simplify(
     inputs: Given,
-    budget: gd.types.Budget | TrackingBudget,
+    budget: gd.types.Budget,
     level: str,
     effort: float,
     sine_price: int,
@@ -93,7 +78,6 @@ def simplify(
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
       gd-analyze simplify puma560 --budget "1% or 10% friction"
-      gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
       gd-analyze simplify puma560 --certified -o model.json
     """
     if certified and at_set_points:
@@ -120,7 +104,7 @@ def simplify(
         search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        search = search_model(
+        held_model = search_model(
             exact,
             motion,
             None if level == "element" else budget,
@@ -133,11 +117,9 @@ def simplify(
             stage=stage,
             progress=stage.advance,
         )
-        held_model = search.held
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
-        result = result if search.tracked is None else search.tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)

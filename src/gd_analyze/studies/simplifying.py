@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, cast
 
 from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
@@ -28,7 +28,6 @@ from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import SearchOptions, TermProgress
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -65,9 +64,8 @@ def simplify(
         worst velocities and accelerations of each, and at those reached by an ascent from the worst. At given
         states only: those of a decomposition, or any others, see `states_in_box`.
     budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`, or along
-        a motion the allowed tracking error, "tracking 0.1deg"; by default 1 % of each joint's peak torque
-        over the states.
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
+        default 1 % of each joint's peak torque over the states.
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
@@ -135,11 +133,10 @@ def simplify(
         raise UsageError(message, where="region", expected=expected, found=in_python(region))
     exact = ExactDynamics.of(arm, states, drives)
     warn_of_torques(exact)
-    tracking = TrackingBudget.parse(budget) if isinstance(budget, str) else None
-    search = search_model(
+    held_model = search_model(
         exact,
         motion,
-        tracking or budget,
+        budget,
         options,
         region=region,
         margin=margin,
@@ -147,20 +144,13 @@ def simplify(
         certified=certified,
         verdicts=verdicts,
     )
-    return search.held.model
-
-
-class FoundModel(NamedTuple):
-    """A model and, where it was made for a tracking error, how it tracks."""
-
-    held: Held
-    tracked: Tracked | None = None
+    return held_model.model
 
 
 def search_model(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | TrackingBudget | str | None,
+    budget: Budget | str | None,
     options: SearchOptions,
     *,
     region: Box | Tube | None = None,
@@ -171,7 +161,7 @@ def search_model(
     provenance: Mapping[str, str] | None = None,
     stage: Callable[[str], object] = lambda _: None,
     progress: TermProgress = None,
-) -> FoundModel:
+) -> Held:
     """Search as `simplify` does, from exact dynamics at the set points of a motion, or at other states.
 
     Parameters
@@ -206,24 +196,15 @@ def search_model(
         if budget is not None:
             require_no_budget(options.level, f"budget {budget}")
         model = with_gamma(exact, model_by_verdicts(exact, verdicts))
-        return FoundModel(Held(replace(model, provenance=dict(provenance or {}))))
+        return Held(replace(model, provenance=dict(provenance or {})))
 
     near = region
     if near is None and not at_states:
         near = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
 
-    def search(allowed: Budget | str | None) -> Held:
-        if near is None:
-            model = simplify_exact(
-                exact, allowed, options, provenance=provenance, stage=stage, progress=progress
-            )
-            return Held(model)
-        return simplify_held(
-            exact, allowed, near, options, certified=certified, provenance=provenance, stage=stage
-        )
-
-    if isinstance(budget, TrackingBudget):
-        budget.settings.tolerance.require_joint_of(exact.arm)
-        tracked = simplify_for_tracking(budget, exact.form, motion, search)
-        return FoundModel(tracked.held, tracked)
-    return FoundModel(search(budget))
+    if near is None:
+        model = simplify_exact(exact, budget, options, provenance=provenance, stage=stage, progress=progress)
+        return Held(model)
+    return simplify_held(
+        exact, budget, near, options, certified=certified, provenance=provenance, stage=stage
+    )

@@ -19,8 +19,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.studies.budget_stops import stops_table
-from gd_analyze.studies.steps.decompose import RunDynamics
-from gd_analyze.studies.steps.rank import rank_step
+from gd_analyze.studies.steps.decompose import RunDynamics, rank_step
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.simplify import RunModels
 
