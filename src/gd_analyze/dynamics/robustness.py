@@ -16,6 +16,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray, evenly
 from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
+from gd_analyze.dynamics.verdicts import least_changes, representing, representing_at
 from gd_analyze.errors import ArmError, require_whole
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
@@ -248,15 +249,14 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
             for varying, sampled, fixed in factors
         ]
         whole = np.abs(parts[0] + parts[1]).max(axis=1)
-        # As in `rank`, round-off is not a part; elements of h are last.
-        noise = (
-            64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
-        )
-        least = np.maximum(threshold * whole, noise[:, None])[:, None]
-        needed: Array = np.abs(np.array(parts)) > least
-        overall = np.asarray(needed.any(axis=2))
-        # As in `dominance_over_time`: where neither part is needed, those needed over the motion stand.
-        needed |= ~needed.any(axis=0) & overall[:, :, None]
+        sizes = np.abs(np.array(parts))
+        part_peaks = sizes.max(axis=2)
+        # Elements of h are last.
+        of_quantities = [part_peaks[:, rows].max(axis=(0, 1)) for rows in (slice(-n), slice(-n, None))]
+        largest = np.repeat(of_quantities, [n_elements - n, n], axis=0)
+        least = least_changes(part_peaks, whole, largest, threshold)
+        overall = representing(part_peaks, least)
+        needed = representing_at(sizes > least[:, :, None], overall[:, :, None])
         for out, flags in ((at_set_points, needed), (over_motion, overall)):
             for k, flag in enumerate((*flags, flags[0] & flags[1])):
                 out[..., k] += np.add.reduce(flag.view(np.uint8), axis=-1, dtype=np.uint8)
