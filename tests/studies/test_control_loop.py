@@ -15,7 +15,7 @@ from gd_analyze.studies.control_bounds import mean_diagonal
 from gd_analyze.studies.control_law import CONTINUOUS, CONTROLLERS, EXACT, Bank, Gains, Reference, World
 from gd_analyze.studies.control_loop import Loop, ProgramDynamics, accelerations, follow
 from gd_analyze.tables import decompose_states, joint_accelerations, simulate, states_in_box, with_payload
-from gd_analyze.types import Drivetrain, ExactForm, Integration, States
+from gd_analyze.types import ArmDynamics, Drivetrain, ExactForm, Integration, States
 
 
 def world_of(model, motion, gains, **more) -> World:
@@ -71,7 +71,7 @@ def test_continuous_pd_is_what_another_integrator_makes_of_it(swing_world, two_l
 
     def torque(t, q, qd):
         wanted, velocity, _ = reference.at(np.array(t), 3.0)
-        gravity = two_link.gravity_loading(q)
+        gravity = ArmDynamics(two_link).gravity_loading(q)
         return diagonal * (400.0 * (wanted - q) + 40.0 * (velocity - qd)) + gravity
 
     how = Integration(set_points=2, rtol=1e-8)

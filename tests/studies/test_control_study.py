@@ -81,7 +81,7 @@ def test_a_budget_for_the_tolerance_keeps_it_of_two_joints(two_link, swing, swin
 def test_pd_rests_where_stiffness_holds_what_gravity_is_left(puma_study):
     model = puma_study.model
     q = np.array(Reference.of(puma_study.motion).at(np.linspace(0.0, 2.4, 500))[0]).T
-    missing = puma_study.arm.gravity_loading(q) - model.gravity_loading(q)
+    missing = gd.types.ArmDynamics(puma_study.arm).gravity_loading(q) - model.gravity_loading(q)
     expected = np.abs(missing).max(axis=0) / (400.0 * puma_study.diagonal)
     # The set points are among the study's instants, too.
     np.testing.assert_allclose(puma_study.at_rest, expected, rtol=1e-3, atol=1e-12)
@@ -130,7 +130,8 @@ def test_a_motion_beyond_the_torque_limits_is_the_cause_and_not_the_model(puma_s
     with pytest.warns(gd.GdAnalyzeWarning):
         study = gd.control(puma_study.model, motion, settings, warned=("odd",))
     assert study.feedback.is_enough
-    needed = np.abs(study.arm.torque(motion.q, motion.qd, motion.qdd, drives=True)).max(axis=0)
+    torque = gd.types.ArmDynamics(study.arm).torque(motion.q, motion.qd, motion.qdd, drives=True)
+    needed = np.abs(torque).max(axis=0)
     # Between the set points, 4 ms apart, the torque is a few percent larger.
     np.testing.assert_allclose(study.needed, needed, rtol=0.1)
     assert "times its limit" in study.warnings[0]

@@ -268,7 +268,7 @@ def _measures(
     shares = ratio(torques, limits.peak_torque)
     joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
     dominant = effect_words(representing(part_peak.T, least))
-    is_small, are_links_small = ((torque <= limits.floor).all(axis=1) for torque in (whole, torques))
+    is_small, are_links_small = (np.asarray((x <= limits.floor).all(axis=1)) for x in (whole, torques))
     return {
         "peak": peak,
         "rms": rms[links] * exists,
