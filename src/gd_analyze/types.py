@@ -5,6 +5,7 @@ from __future__ import annotations
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.tube import Tube
 from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.dynamics.arm_dynamics import ArmDynamics
 from gd_analyze.dynamics.base_parameters import BaseParameter, BaseParameters
 from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.dynamics.measured_torque import TorqueComparison
@@ -30,6 +31,7 @@ from gd_analyze.studies.settings import Settings
 
 __all__ = [
     "LEVELS",
+    "ArmDynamics",
     "BaseParameter",
     "BaseParameters",
     "Box",

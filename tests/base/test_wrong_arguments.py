@@ -244,16 +244,16 @@ def test_wrong_types_of_values_are_refused():
 
 
 def test_values_and_methods_of_an_arm_take_no_text_for_true(two_link):
-    state = np.zeros(2)
+    state, dynamics = np.zeros(2), gd.types.ArmDynamics(two_link)
     for call in (
         lambda: gd.types.ExactForm(two_link, "no"),
         lambda: gd.types.ExactDynamics.of(two_link, "two-link-swing", "no"),
         lambda: gd.types.Drivetrain(friction="no"),
         lambda: two_link.counts_drives("no"),
-        lambda: two_link.inertia(state, drives="no"),
-        lambda: two_link.coriolis_centrifugal(state, state, by_effect="no"),
-        lambda: two_link.torque(state, state, state, drives="no"),
-        lambda: two_link.forward_dynamics(state, state, state, drives="no"),
+        lambda: dynamics.inertia(state, drives="no"),
+        lambda: dynamics.coriolis_centrifugal(state, state, by_effect="no"),
+        lambda: dynamics.torque(state, state, state, drives="no"),
+        lambda: dynamics.forward_dynamics(state, state, state, drives="no"),
     ):
         with pytest.raises(gd.GdAnalyzeError) as caught:
             call()

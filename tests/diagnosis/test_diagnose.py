@@ -204,7 +204,7 @@ def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tm
     assert "contradict" in first
     assert "--torque-sign -1" in first
     monkeypatch.setattr("gd_analyze.studies.steps.decompose.diagnosed", None)
-    as_filed = log_of(time, q, two_link.torque(*robot.states.arrays, drives=False))
+    as_filed = log_of(time, q, gd.types.ArmDynamics(two_link).torque(*robot.states.arrays, drives=False))
     assert "diagnosis" not in gd.analyze(two_link, as_filed, level="element").tables
 
 
@@ -317,7 +317,7 @@ def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     problem = problem_of(robot, good)
     columns, _, shared = corrected_columns(problem.samples, problem.correction)
     states = gd.types.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
-    torque = robot.file.torque(*states.arrays, drives=False)
+    torque = gd.types.ArmDynamics(robot.file).torque(*states.arrays, drives=False)
     # Some hundred roundings of the largest.
     assert np.abs(columns[:, :, shared + 4].T - torque).max() < 1e-12 * np.abs(torque).max()
 

@@ -26,7 +26,7 @@ CLOSE = 1e-9
 
 
 def exact_of(arm: RobotArm, motion: Trajectory) -> FloatArray:
-    return arm.torque(motion.q, motion.qd, motion.qdd)
+    return gd.types.ArmDynamics(arm).torque(motion.q, motion.qd, motion.qdd)
 
 
 @given(gain=st.floats(0.1, 10.0), offset=st.floats(-100.0, 100.0), sign=st.sampled_from([-1.0, 1.0]))

@@ -20,7 +20,7 @@ from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.identification import Residuals
 from gd_analyze.studies.identification_result import identification_result
 from gd_analyze.tables import states_in_box, with_payload
-from gd_analyze.types import Identification, States
+from gd_analyze.types import ArmDynamics, Identification, States
 from logs_of_arms import TrueArm, fourier, with_torque
 from long_cases import long
 
@@ -55,8 +55,10 @@ def headline(found: Identification) -> str:
 def error_of(arm: gd.types.RobotArm, true: TrueArm) -> float:
     """RMS error of the torque of links and drives at independent states, over the torque's RMS."""
     independent = states_in_box(true.arm, 200)
-    wanted = true.arm.torque(*independent.arrays, drives=False) + true.drives * independent.qdd
-    return float(np.linalg.norm(arm.torque(*independent.arrays) - wanted) / np.linalg.norm(wanted))
+    links = ArmDynamics(true.arm).torque(*independent.arrays, drives=False)
+    wanted = links + true.drives * independent.qdd
+    error = ArmDynamics(arm).torque(*independent.arrays) - wanted
+    return float(np.linalg.norm(error) / np.linalg.norm(wanted))
 
 
 def test_a_sound_log_raises_no_doubt_and_improves_the_file(puma, true, sound):

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.dynamics.base_parameters import regressor
-from gd_analyze.dynamics.dominance import Element, elements, negligible_torque
-from gd_analyze.dynamics.robustness import elements_per_unit, point_masses
+from gd_analyze.dynamics.base_parameters import point_masses, regressor
+from gd_analyze.dynamics.dominance import Element, elements
+from gd_analyze.dynamics.robustness import elements_per_unit
+from gd_analyze.dynamics.verdicts import negligible_torque
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.varied import Bodies
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.dynamics.measured_torque import CONTRADICTING
-from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.columns import ColumnUse
@@ -17,6 +16,7 @@ from gd_analyze.result import Column, Fact, Mark, Part, Section, Table, for_page
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables, for_json
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
+from gd_analyze.results.verdict_lists import LISTS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import SCHEMA_UNITS, declared_column
 from gd_analyze.simplification.accuracy import share_of

@@ -8,7 +8,6 @@ from dataclasses import asdict, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
-from gd_analyze.dynamics.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.motions.trajectory import counted_motions
 from gd_analyze.result import Fact, Part, Result, Section, value_text
@@ -36,6 +35,7 @@ from gd_analyze.results.shown_tables import (
     ranking_table,
     text_comparison,
 )
+from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.element import ELEMENT

@@ -14,6 +14,7 @@ from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements, text_verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.dynamics.verdicts import least_changes, representing
 from gd_analyze.errors import UsageError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.writing import parts_formulas
@@ -205,21 +206,17 @@ def require_no_budget(level: Level, value: str) -> None:
 
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:
-    """Parts whose loss changes their element by more than the threshold of its peak."""
+    """Parts that represent their element."""
     all_elements = elements(exact.arm.n_joints)
     quantities = {
         name: np.asarray(exact.quantities[name]) for name in {element.quantity for element in all_elements}
     }
     for element in all_elements:
         parts = element.parts(quantities)
-        # As in `rank`, round-off is not a part.
-        noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
-        threshold_torque = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
-        yield from (
-            ElementPart(element, effect)
-            for effect, values in zip(EFFECTS, parts, strict=True)
-            if np.abs(values).max() > threshold_torque
-        )
+        part_peaks, peak = np.abs(parts).max(axis=1), np.abs(parts.sum(axis=0)).max()
+        least = least_changes(part_peaks, peak, np.abs(quantities[element.quantity]).max(), threshold)
+        represents = representing(part_peaks, least)
+        yield from (ElementPart(element, EFFECTS[k]) for k in np.flatnonzero(represents))
 
 
 def _of_text(form: ExactForm) -> Iterator[ElementPart]:
