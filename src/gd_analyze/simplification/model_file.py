@@ -135,7 +135,9 @@ def _require_of_joints(arm: RobotArm, stated: Accuracy) -> None:
     if bound is not None:
         names = ("certified", "lower", "upper", "velocity", "acceleration")
         arrays |= {f"certificate {name}": getattr(bound, name) for name in names}
-    shapes = [(name, array.shape, (n,)) for name, array in arrays.items() if array is not None]
+    shapes: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = [
+        (name, array.shape, (n,)) for name, array in arrays.items() if array is not None
+    ]
     if bound is not None and bound.trajectory_fingerprint:
         pieces = () if bound.pieces is None else bound.pieces.shape
         shapes.append(("certificate pieces", pieces, (n, 2, 3, n)))
