@@ -23,28 +23,32 @@ from joblib.externals.loky import get_reusable_executor
 
 import gd_analyze as gd
 from gd_analyze.cache import VARIABLE
-from gd_analyze.robots.arm_toml import toml_of
-from gd_analyze.robots.varied import VariedArm
 
 ARMS, JOINTS, JOBS, EVERY, SEED = 1000, 2, 2, 10, 1987
-VARIED = ("link2.mass", "joint2.a", "link2.com.x", "link2.com.z", "drive1.inertia")
+# Numbers that are drawn, and the PUMA's own.
+VARIED = {
+    "link2.mass": 17.4,
+    "joint2.a": 0.4318,
+    "link2.com.x": -0.3638,
+    "link2.com.z": 0.07745,
+    "drive1.inertia": 1.14,
+}
 
 
 def table_of(folder: Path, count: int) -> list[dict[str, str]]:
-    """Write arms and their motion; a row each."""
+    """Write the arm and its motion; a row for every draw of its numbers."""
     puma = gd.load_arm("puma560")
     parts = {name: getattr(puma, name)[:JOINTS] for name in ("joints", "links", "drives", "dh_table")}
-    varied = VariedArm(replace(puma, name="drawn", title="Drawn", **parts))
-    chosen, rng = [varied.parameter(name) for name in VARIED], np.random.default_rng(SEED)
+    gd.save_arm(replace(puma, name="drawn", title="Drawn", **parts), folder / "arm.toml")
     motion = gd.read_trajectory("pick-and-place", puma)
     q, qd, qdd = (np.asarray(x[:, :JOINTS]) for x in (motion.q, motion.qd, motion.qdd))
     gd.write_trajectory(gd.Trajectory(motion.time, q, qd, qdd), folder / "motion.csv")
-    rows = []
-    for k in range(count):
-        arm = varied.at({one: varied.value(one) * rng.uniform(0.8, 1.2) for one in chosen})
-        (folder / f"arm{k}.toml").write_text(toml_of(arm), encoding="utf-8")
-        rows.append({"arm": str(folder / f"arm{k}.toml"), "trajectory": str(folder / "motion.csv")})
-    return rows
+    files = {"arm": str(folder / "arm.toml"), "trajectory": str(folder / "motion.csv")}
+    rng = np.random.default_rng(SEED)
+    return [
+        files | {name: str(value * rng.uniform(0.8, 1.2)) for name, value in VARIED.items()}
+        for _ in range(count)
+    ]
 
 
 class Run(NamedTuple):

@@ -32,7 +32,6 @@ from .studies.evaluation import evaluate as evaluate
 from .studies.main_job import analyze as analyze
 from .studies.plan import plan as plan
 from .studies.simplifying import simplify as simplify
-from .studies.sweep import sweep as sweep
 from .studies.tracking import tracking_budget as tracking_budget
 
 __version__: str

@@ -35,7 +35,6 @@ def right(two_link, swing, swing_dataset, swing_findings) -> dict[str, Any]:
         "duration": 5.0,
         "mass": 0.5,
         "position": [0.0, 0.0, 0.1],
-        "vary": "link2.mass=1..2:2",
         "languages": "c",
         "text": "0.1deg",
         "table": [{"arm": "two_link", "trajectory": "two-link-swing"}],
@@ -69,7 +68,6 @@ CALLS: dict[str, str] = {
     "save_arm": "arm path",
     "save_model": "model path",
     "simplify": "arm trajectory",
-    "sweep": "arm trajectory vary",
     "batch": "table path",
     "tracking_budget": "arm trajectory text",
     "trade_off": "exact",
@@ -215,7 +213,6 @@ WORDS = [
     ("plan", "profile"),
     ("simplify", "level"),
     ("simplify", "verdicts"),
-    ("sweep", "operations"),
     ("tables.joint_accelerations", "method"),
 ]
 

@@ -206,7 +206,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     ),
     "simplify two_link two-link-swing --budget|tracking 1e99deg": ("error: --budget", "1.74533e+97", "1e+12"),
     "columns two_link x.csv --map torque=tau": ("--map", "found: torque=tau", "torque:JOINT"),
-    "sweep m.json x.csv --vary speed=1..2": ("error: m.json", "a .json file"),
     "export two_link --to fortran": ("fortran", "casadi, cpp"),
     "export two_link --to c --name|a b": ("found: a b", "a_b"),
     "export two_link --to c --name double": ("found: double", "arm_double"),
