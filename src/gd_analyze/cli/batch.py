@@ -62,7 +62,8 @@ def batch(
       gd-analyze batch logs/ --scheduler tcp://10.0.0.1:8786
     """
     with output.working() as stage:
-        from gd_analyze.studies.batch import RECORD, batch_result
+        from gd_analyze.studies.batch import RECORD
+        from gd_analyze.studies.batch_table import batch_result
 
         files = [out / f"batch.{kind}" for kind in to]
         require_outputs(*files, out / RECORD)

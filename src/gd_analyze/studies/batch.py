@@ -24,7 +24,7 @@ from gd_analyze.errors import (
     UsageError,
     require_type,
 )
-from gd_analyze.figures.batch import batch_figure, effort_units
+from gd_analyze.figures.batch import batch_figure
 from gd_analyze.files import (
     RESULT_FILES,
     appending_alone,
@@ -37,14 +37,13 @@ from gd_analyze.files import (
 )
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.report.pdf import drawing_file
-from gd_analyze.result import Column, Fact, Result, Shown, Table, plain
+from gd_analyze.result import plain
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.run_result import first_facts, run_headline
-from gd_analyze.robots.arm_numbers import ArmNumber, with_numbers
+from gd_analyze.robots.arm_numbers import with_numbers
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import carrying, parse_payload
 from gd_analyze.studies.batch_rows import (
-    KEYS,
     BatchRow,
     RowInput,
     checked_rows,
@@ -55,11 +54,12 @@ from gd_analyze.studies.batch_rows import (
     settings_of,
     varied_in,
 )
+from gd_analyze.studies.batch_table import batch_table, varied_column
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.many import each
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.study_files import write_findings
-from gd_analyze.text import number_in, short_name
+from gd_analyze.text import number_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -182,7 +182,7 @@ def batch(
             os.fsync(record.fileno())
             entries_by_key[key] = entries
             progress(1)
-        frame = _table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
+        frame = batch_table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:
                 if kind == "csv":
@@ -190,7 +190,7 @@ def batch(
                 elif kind == "parquet":
                     frame.to_parquet(temporary, index=False)
                 else:
-                    temporary.write_bytes(drawing_file(batch_figure(frame, _across(rows)), kind))
+                    temporary.write_bytes(drawing_file(batch_figure(frame, varied_column(rows)), kind))
     return frame
 
 
@@ -304,102 +304,3 @@ def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
 def _digest(row: Mapping[str, Any]) -> str:
     """SHA-256 of a row of the record."""
     return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
-
-
-def _table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    import pandas as pd
-
-    used_keys = [key for key in KEYS if any(key in row for row in rows)]
-    varied_names = list(dict.fromkeys(key for row in rows for key in varied_in(row)))
-    lines, first_entries = [], dict[tuple[str, str], Mapping[str, Any]]()
-    for number, (row, entries) in enumerate(zip(rows, entries_of_rows, strict=True), start=1):
-        line = {"row": number, "state": entries["state"], "error": entries["error"]}
-        line |= {key: str(row[key]) if key in row else "" for key in used_keys}
-        line |= {name: _value_of(row, name) for name in varied_names}
-        line |= entries
-        if varied_names and entries["state"] == "done":
-            first = first_entries.setdefault((str(row["arm"]), str(row["trajectory"])), entries)
-            line["changed_verdicts"] = _changed_verdicts(first, entries)
-        lines.append(line)
-    order = dict.fromkeys(key for line in lines for key in line if key not in ("files", "warnings"))
-    return pd.DataFrame(lines, columns=[*order, "files", "warnings"]).convert_dtypes()
-
-
-def _value_of(row: BatchRow, name: str) -> float | None:
-    """A varied number in the unit of its column; None where the row has none that can be read."""
-    number = ArmNumber.named(name)
-    try:
-        return None if number is None or name not in row else number.read(row[name])
-    except UsageError:
-        return None
-
-
-def _changed_verdicts(first: Mapping[str, Any], entries: Mapping[str, Any]) -> str:
-    """Verdicts of a row that differ from those of another: "D22 translation, h3 both"."""
-    labels = [element.label for element in elements(entries["joints"])]
-    return ", ".join(f"{label} {entries[label]}" for label in labels if entries[label] != first.get(label))
-
-
-def _across(rows: Sequence[BatchRow]) -> str:
-    """Column over which a figure shows the rows: the only one that varies if it is a number, else "row"."""
-    names = dict.fromkeys(key for row in rows for key in row)
-    differing = [name for name in names if len({str(row.get(name)) for row in rows}) > 1]
-    return differing[0] if len(differing) == 1 and ArmNumber.named(differing[0]) else "row"
-
-
-def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
-    """Counts, the first rows, and the failed rows."""
-    failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
-    headings: tuple[tuple[str, str, Shown], ...] = (
-        ("row", "row", "count"),
-        ("state", "state", "text"),
-        ("arm", "arm", "name"),
-        ("trajectory", "trajectory", "name"),
-        ("model_operations", "operations", "count"),
-        ("exact_operations", "of", "count"),
-        ("model_sines_cosines", "sin, cos", "count"),
-        ("exact_sines_cosines", "of", "count"),
-        ("sampled_error", "sampled", "percent"),
-        ("proven_error", "proven", "bound_percent"),
-    )
-    cells = table.reindex(columns=[key for key, *_ in headings]).astype(object)
-    cells = cells.where(cells.notna(), None)
-    columns = tuple(Column(key, label, cells[key].tolist(), shown=style) for key, label, style in headings)
-    lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
-    varied_names = [name for name in table.columns if ArmNumber.named(name) is not None]
-    failed_columns = (
-        Column("row", "row", failed.row.tolist(), shown="count"),
-        Column("error", "", failed.error.tolist()),
-        Column("", "error", lines, shown="text"),
-    )
-    failures = Table("failures", "Failed", failed_columns, top=most)
-    return Result(
-        title="Batch",
-        headline=f"{done_count} of {len(table)} rows done.",
-        facts=(Fact("rows", "", len(table)), Fact("done", "", done_count), Fact("failed", "", len(failed))),
-        parts=(
-            Table("table", "Rows", columns, top=most),
-            *([_varied_table(table, varied_names, most)] if varied_names else []),
-            *([failures] if len(failed) else []),
-        ),
-    )
-
-
-def _varied_table(table: pd.DataFrame, names: Sequence[str], most: int) -> Table:
-    """Peak torques and changed verdicts by the varied numbers."""
-    numbers = [number for number in map(ArmNumber.named, names) if number is not None]
-    torques = effort_units(table[table.state == "done"]).items()
-    changed = table["changed_verdicts"].fillna("") if "changed_verdicts" in table else [""] * len(table)
-    columns = (
-        Column("row", "row", table.row.tolist(), shown="count"),
-        *(
-            Column(number.name, number.name, table[number.name].astype(float).tolist(), number.unit)
-            for number in numbers
-        ),
-        *(
-            Column(name, name.replace("_torque_", " "), table[name].astype(float).tolist(), unit)
-            for name, unit in torques
-        ),
-        Column("changed_verdicts", "changed verdicts", list(changed), shown="text"),
-    )
-    return Table("varied", "Numbers varied, and peak torques", columns, top=most)
