@@ -21,7 +21,8 @@ import gd_analyze as gd
 from documented_tables import elbow
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.dynamics.verdict_lists import verdict_lists
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.text import number
 
 ROOT = Path(__file__).parents[1]
@@ -195,24 +196,6 @@ def real_robot() -> Figures:
     return left.removesuffix(" %"), 2, file, measured
 
 
-@cache
-def without_h() -> dict[float, tuple[str, str]]:
-    """Largest tracking errors at several speeds, mrad: without h, and with the model of 1 %."""
-    settings = gd.types.ControlSettings(bandwidth=20.0, rates=(500.0,), speeds=(0.25, 0.5, 1.0, 2.0))
-    loops = gd.control(near(("pick-and-place",), "1%"), "pick-and-place", settings).loops
-    errors = {(loop.controller.title, loop.speed): 1e3 * float(np.max(loop.peak_error)) for loop in loops}
-    return {
-        speed: (f"{errors['without h', speed]:.2g}", f"{errors['simplified model', speed]:.2f}")
-        for speed in settings.speeds
-    }
-
-
-def tracking_errors(column: int) -> Figures:
-    """A row of the table of tracking errors; two digits."""
-    texts = [row[column] for row in without_h().values()]
-    return tuple(f"{float(text):.2f}" if float(text) < 1.0 else text for text in texts)
-
-
 def given(*figures: str) -> Figures:
     """Figures that were computed with others."""
     return figures
@@ -271,9 +254,8 @@ def operations() -> Figures:
 
 def claims() -> list[Claim]:
     """All claims, by page."""
-    simplification, trajectories, control, certificate, identification = (
-        f"docs/{name}.md"
-        for name in ("simplification", "trajectories", "control", "certificate", "identification")
+    simplification, trajectories, certificate, identification = (
+        f"docs/{name}.md" for name in ("simplification", "trajectories", "certificate", "identification")
     )
     limits = [
         Claim(
@@ -338,15 +320,6 @@ def claims() -> list[Claim]:
             partial(named_budget, budget),
         )
         for budget in ("1%", "1% or 10% friction", "1% or 0.5% limit")
-    ]
-    loops = [
-        Claim(
-            control,
-            f"| {row} | {{}} mrad | {{}} mrad | {{}} mrad | {{}} mrad |",
-            "gd-analyze control puma.json pick-and-place --loop-rate 500 --speeds 0.25,0.5,1,2",
-            partial(tracking_errors, column),
-        )
-        for column, row in enumerate(("without h", "simplified model of 1 %"))
     ]
     return [
         Claim(
@@ -444,7 +417,6 @@ def claims() -> list[Claim]:
         *named,
         *limits,
         *several,
-        *loops,
         *studies,
     ]
 

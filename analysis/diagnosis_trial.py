@@ -143,15 +143,10 @@ def score_without_fault(robot: Robot) -> float:
     """Score of file and friction on the log without the fault."""
     from gd_analyze.diagnosis.hypothesis import Problem
     from gd_analyze.diagnosis.samples import samples_of
-    from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
 
     log = robot.log(*robot.as_it_is)
     usable = np.ones(log.q.shape, dtype=bool)
-    problem = Problem(
-        samples_of(robot.file, [log], [usable], DIAGNOSIS_SETTINGS),
-        Correction.none(log.n_joints),
-        DIAGNOSIS_SETTINGS,
-    )
+    problem = Problem(samples_of(robot.file, [log], [usable]), Correction.none(log.n_joints))
     return problem.null.score
 
 

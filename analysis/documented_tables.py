@@ -23,7 +23,8 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.files import write_text
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
+from gd_analyze.simplification.levels import LEVELS
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import number
 
@@ -51,18 +52,13 @@ def percent(shares: Any) -> str:
 
 
 def held_models() -> Iterator[Row]:
-    """Models that keep their budget near a motion, or programs within limits, at states that no search uses."""
+    """Models that keep their budget near a motion, at states that no search uses."""
     yield "states", "level", "D, h and c", "torque", "proven", "100 000 others", "s"
-    puma, box = gd.load_arm("puma560"), "within its limits"
-    cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy", "fast")]
-    cases += [(arm, box, "fast") for arm in (arm_of("KR6"),)]
+    puma = gd.load_arm("puma560")
+    cases = [(puma, motion, level) for motion in MOTIONS for level in ("term", "energy")]
     for arm, where, level in cases:
-        region: gd.types.Box | gd.types.Tube
-        if where == box:
-            exact, region = gd.types.ExactDynamics.of(arm, states_in_box(arm, 4000)), gd.types.Box.of(arm)
-        else:
-            exact = gd.types.ExactDynamics.of(arm, where)
-            region = gd.types.Tube.along(arm, gd.read_trajectory(where, arm))
+        exact = gd.types.ExactDynamics.of(arm, where)
+        region = gd.types.Tube.along(arm, gd.read_trajectory(where, arm))
         how = SearchOptions(LEVELS[level])
         held, seconds = timed(partial(simplify_held, exact, "1%", region, how))
         rng, model = np.random.default_rng(20_261_124), held.model
@@ -72,9 +68,9 @@ def held_models() -> Iterator[Row]:
         allowed, proof = model.accuracy.allowed, held.certificate
         proven = "" if proof is None else f"{(proof.certified / allowed).max():.2f}"
         yield (
-            f"{arm.name} {where if where == box else f'near {where}'}",
+            f"{arm.name} near {where}",
             level,
-            "" if level == "fast" else sum(function.count.total for function in model.functions),
+            sum(function.count.total for function in model.functions),
             f"{model.operations.total} of {model.operations_full.total}",
             proven,
             f"{(errors / allowed).max():.2f}",

@@ -10,7 +10,6 @@ Writes `explicit_puma_560.md` beside this file; takes a quarter of an hour of on
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,13 +25,13 @@ from gd_analyze.motions.states import states_in_box
 from gd_analyze.simplification.accuracy import Accuracy, ErrorTable
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.simplification.harmonic import ENERGY, HARMONIC_LEVELS, TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
-from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, trade_off
+from gd_analyze.simplification.trade_off import trade_off
 from psdm_measure import made_with
 
 SHARE = 0.01
@@ -112,13 +111,12 @@ def row(name: str, exact: ExactDynamics, model: SimplifiedModel) -> str:
     )
 
 
-def curve(exact: ExactDynamics, kinds: Sequence[tuple[Level, bool]]) -> list[str]:
+def curve(exact: ExactDynamics) -> list[str]:
     """Lines of the trade-off as a table."""
-    points = {(p.level, p.refit, p.factor): p for p in trade_off(exact, factors=FACTORS, kinds=kinds)}
-    heads = [f"{level}{', refitted' if refit else ''}" for level, refit in kinds]
-    lines = [f"| budget | {' | '.join(heads)} |", "|---" * (1 + len(heads)) + "|"]
+    points = {(p.level, p.factor): p for p in trade_off(exact, factors=FACTORS)}
+    lines = [f"| budget | {' | '.join(HARMONIC_LEVELS)} |", "|---" * (1 + len(HARMONIC_LEVELS)) + "|"]
     for factor in FACTORS:
-        counts = [points[level, refit, factor].operations.total for level, refit in kinds]
+        counts = [points[level, factor].operations.total for level in HARMONIC_LEVELS.values()]
         lines.append(f"| {factor:g}% | " + " | ".join(map(str, counts)) + " |")
     return lines
 
@@ -151,16 +149,13 @@ def report() -> str:
         row("its terms, rewritten", exact, model_of(exact, ruled.terms, FINAL)),
     ]
     as_good = Budget.of_torques(equal * exact.peak_torque)
-    asked: tuple[tuple[str, Budget, Level, bool], ...] = (
-        ("ours, every joint within the rule's own error", as_good, TERM, False),
-        ("the same, refitted", as_good, TERM, True),
-        ("ours, 1 %, torque terms", Budget(), TERM, False),
-        ("ours, 1 %, torque terms, refitted", Budget(), TERM, True),
-        ("ours, 1 %, energy terms", Budget(), ENERGY, False),
-        ("ours, 1 %, energy terms, refitted", Budget(), ENERGY, True),
+    asked: tuple[tuple[str, Budget, Level], ...] = (
+        ("ours, every joint within the rule's own error", as_good, TERM),
+        ("ours, 1 %, torque terms", Budget(), TERM),
+        ("ours, 1 %, energy terms", Budget(), ENERGY),
     )
-    for name, allowed, level, refit in asked:
-        lines.append(row(name, exact, simplify_exact(exact_dynamics(), allowed, SearchOptions(level, refit))))
+    for name, allowed, level in asked:
+        lines.append(row(name, exact, simplify_exact(exact_dynamics(), allowed, SearchOptions(level))))
     proven, _ = simplify_held(exact, Budget(), Box.of(exact.arm), certified=True)[:2]
     lines.append(row("ours, 1 % certified for every state", exact, proven))
     shares = ", ".join(f"{share:.1%}" for share in equal)
@@ -183,11 +178,11 @@ def report() -> str:
             "",
             "With drives:",
             "",
-            *curve(exact, LEVELS_AND_REFITS),
+            *curve(exact),
             "",
             "Without drives:",
             "",
-            *curve(bare, [kind for kind in LEVELS_AND_REFITS if not kind[1]]),
+            *curve(bare),
             "",
         ]
     )

@@ -293,8 +293,7 @@ def report() -> str:
         "",
         "As executed: what the array code does as it stands. Folded: constants of the arm folded, products with "
         "0 and 1 gone, equal subexpressions evaluated once. Our generalized d'Alembert code has no breakdown "
-        "like [FGL87]'s Table 3.5, which gives its total only; the base-frame recursion and the recursive "
-        "Lagrangian are not in it.",
+        "like [FGL87]'s Table 3.5, which gives its total only; the base-frame recursion is not in it.",
         "",
         *table_3_5(grown),
         "",

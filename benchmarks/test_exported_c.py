@@ -1,9 +1,8 @@
 """Exported C, one state at a time and many at once, against CasADi's C and Pinocchio's rnea, all of one run.
 
-Models at 1 % are made of few states with little effort; the first search compiles itself in about a minute.
-Compiling Pinocchio's rnea takes half a minute, and is done where GD_ANALYZE_COMPILE_RNEA=1 is in the
-environment. Ratios are printed and kept in `extra_info`. Run with `python -m pytest
-benchmarks/test_exported_c.py -s`.
+Models are made of few states with little effort. Compiling Pinocchio's rnea takes half a minute, and is done
+where GD_ANALYZE_COMPILE_RNEA=1 is in the environment. Ratios are printed and kept in `extra_info`. Run with
+`python -m pytest benchmarks/test_exported_c.py -s`.
 """
 
 from __future__ import annotations

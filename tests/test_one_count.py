@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from changed_programs import skip_searches
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import FINAL
 from gd_analyze.studies.comparison import comparison
@@ -25,9 +24,8 @@ def findings(two_link, swing):
     return gd.analyze(two_link, swing, settings=Settings(budget=gd.types.Budget.parse("5%")))
 
 
-def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatch):
+def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     """Main job, simplify at every level, certified, trade-off and compare."""
-    skip_searches(monkeypatch)
     full = ExactForm(two_link).operations
     exact = ExactDynamics.of(two_link, swing)
     models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]
@@ -35,7 +33,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings, monkeypatc
     told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
     assert set(told) == {full}
     assert comparison(two_link).document()["operations_full"] == asdict(full)
-    points = trade_off(exact, factors=(1e-6,), kinds=((TERM, False),))
+    points = trade_off(exact, factors=(1e-6,), levels=(TERM,))
     assert [point.operations for point in points] == [full]
 
 
@@ -49,7 +47,7 @@ def test_a_model_is_written_as_its_terms_are_whoever_asks(puma, pick_and_place, 
     assert min(step.operations for step in model.accuracy.steps) == model.operations_minimized.total
 
 
-SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.types.Budget.parse("3%"))
+SLOW = Settings(drives=True, level="energy", budget=gd.types.Budget.parse("3%"))
 
 
 @pytest.mark.parametrize(
@@ -58,12 +56,11 @@ SLOW = Settings(drives=True, level="energy", refit=True, budget=gd.types.Budget.
         long("puma560", "pick-and-place", Settings(drives=True)),
         ("puma560", "pick-and-place", Settings(level="element")),
         long("puma560", "pick-and-place", SLOW),
-        ("two_link", "two-link-swing", Settings(operations=20)),
+        ("two_link", "two-link-swing", Settings(at_set_points=True)),
     ],
 )
 def test_the_budget_path_leads_through_the_model(arm, motion, settings):
     found = gd.analyze(gd.load_arm(arm), motion, settings=settings)
-    assert settings.operations is None or found.model.operations.total <= settings.operations
     model = found.model
     budgets = found.tables["budgets"]
     own, operations = budgets.attrs["asked"], budgets.operations.values
@@ -72,8 +69,6 @@ def test_the_budget_path_leads_through_the_model(arm, motion, settings):
     # Those of named budgets are searched on their own, and stand between by their number of terms.
     named = found.tables["stops"].position.values if "stops" in found.tables else []
     own_path = np.setdiff1d(np.arange(len(operations)), np.setdiff1d(named, own))
-    # A refit writes each model on its own.
-    if not settings.refit:
-        assert (np.diff(operations[own_path]) <= 0).all()
+    assert (np.diff(operations[own_path]) <= 0).all()
     # By elements a model may take more operations than the exact torque.
     assert (operations <= max(model.operations_full.total, model.operations.total)).all()

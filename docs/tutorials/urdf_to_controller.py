@@ -9,7 +9,7 @@ write it in C. Run it in this folder; it needs gd-analyze, and gcc to compile th
 # ## The model
 #
 # URDF has no acceleration limits, so they are given here. `states_in_box` draws random states within all
-# limits; `simplify` drops terms and refits the rest within the budget.
+# limits; `simplify` drops terms within the budget.
 
 # %%
 import ctypes

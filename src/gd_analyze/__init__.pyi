@@ -27,12 +27,10 @@ from .simplification.model_file import load_model as load_model
 from .simplification.model_file import save_model as save_model
 from .simplification.trade_off import trade_off as trade_off
 from .studies.batch import batch as batch
-from .studies.control import control as control
 from .studies.evaluation import evaluate as evaluate
 from .studies.main_job import analyze as analyze
 from .studies.plan import plan as plan
 from .studies.simplifying import simplify as simplify
-from .studies.tracking import tracking_budget as tracking_budget
 
 __version__: str
 __all__: list[str]

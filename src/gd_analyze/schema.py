@@ -1,9 +1,8 @@
-"""Every variable, coordinate and attribute a result may hold, declared once: a line each of schema.csv.
+"""Every variable a result may hold, and every coordinate that a person reads, declared once in schema.csv.
 
-The same declaration makes a table, validates it, documents it, is stored with it as attributes, and heads its
-column in terminal, page and PDF. Where an
-arm has revolute and prismatic joints, a unit that depends on their kind is given row by row, as a coordinate;
-a unit that depends on a row's subject always is.
+The same declaration makes a table, documents it, is stored with it as attributes, and heads its column in
+terminal, page and PDF. Where an arm has revolute and prismatic joints, a unit that depends on their kind is
+given row by row, as a coordinate; a unit that depends on a row's subject always is.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ import numpy as np
 from gd_analyze.arrays import Array
 from gd_analyze.errors import StoreError, UsageError
 from gd_analyze.result import Column
-from gd_analyze.text import LEVEL_NAMES, in_python
+from gd_analyze.text import in_python
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 12
+SCHEMA_VERSION = 13
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
@@ -42,22 +41,17 @@ SCHEMA_UNITS: dict[str, tuple[str, ...]] = {
     "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
 }
 
-# NumPy's types by their names in declarations; text is of any length.
-_TYPES = {"number": "float64", "whole": "int64", "flag": "bool", "byte": "uint8", "text": "str"}
-
 
 @dataclass(frozen=True)
 class Declared:
-    """A variable, a coordinate or an attribute: one line of schema.csv."""
+    """A variable or a coordinate: one line of schema.csv."""
 
     group: str
-    role: str  # "variable", "optional" (a variable that may be missing), "coordinate" or "attribute"
+    role: str  # "variable", "optional" (a variable that may be missing) or "coordinate"
     name: str
     dims: tuple[str, ...]  # the coordinate of the same name as its dimension holds the labels along it
     unit: str  # a unit; a kind of `SCHEMA_UNITS`; "@" and the coordinate that holds one per row; or ""
     besides: str  # finite numbers: "nan" where a number is not known, "inf" for a share of nothing
-    kind: str  # of `_TYPES`
-    among: str  # "nonnegative", "positive", or the values there may be, "|" between: see `choices`
     symbol: str
     equation: str  # where it is defined, or how
     heading: str  # of its column in a result's table; "{}" stands for the label along a second dimension
@@ -78,37 +72,6 @@ class Declared:
             out["units"] = unit_of(self.unit, *joints) if self.unit in SCHEMA_UNITS else self.unit
         return out
 
-    def choices(self, n_joints: int) -> list[str]:
-        """Values there may be: "1..n" stands for all joints, "units" and "levels" for the names of these."""
-        named = {
-            "1..n": map(str, range(1, n_joints + 1)),
-            "units": [unit for units in SCHEMA_UNITS.values() for unit in units],
-            "levels": LEVEL_NAMES,
-        }
-        return [word for part in self.among.split("|") for word in named.get(part, [part])]
-
-    def require(self, dims: tuple[Any, ...], dtype: np.dtype[Any], values: Any, n_joints: int) -> None:
-        """Raise a StoreError unless dimensions, kind and values are those declared.
-
-        `values` may be an array that is read from the file on access; numbers of any sign are not read.
-        """
-        subject = f"{self.name} of {self.group}"
-        if dims != self.dims:
-            raise StoreError(f"{subject} has other dimensions", expected=str(self.dims), found=str(dims))
-        if dtype != _TYPES[self.kind] and not (self.kind == "text" and dtype.kind == "U"):
-            raise StoreError(f"{subject} has another type", expected=_TYPES[self.kind], found=str(dtype))
-        if self.among in ("nonnegative", "positive"):
-            numbers = np.asarray(values)
-            wrong = numbers[numbers < 0 if self.among == "nonnegative" else numbers <= 0]
-            if wrong.size:
-                raise StoreError(f"{subject} is not {self.among}", found=str(wrong.min()))
-        elif self.among:
-            choices, words = self.choices(n_joints), np.asarray(values).astype(str)
-            for word in np.setdiff1d(words, choices).tolist():
-                raise StoreError(f"{subject} cannot be {word!r}", expected=", ".join(choices), found=word)
-            if self.role == "coordinate" and self.dims == (self.name,) and words.tolist() != choices:
-                raise StoreError(f"{subject} is not in order", expected=", ".join(choices), found=str(words))
-
 
 def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
     """Declarations by group and name."""
@@ -123,13 +86,6 @@ def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
 
 GROUPS = _declared("variable", "optional")
 COORDINATES = _declared("coordinate")
-ATTRIBUTES = _declared("attribute")
-OPTIONAL = {group: set(declared) for group, declared in _declared("optional").items()}
-
-# Groups that a run has only where there is something to say.
-OPTIONAL_GROUPS = {
-    "diagnosis", "every_set_point", "measured_torque", "motions", "recording", "robustness", "stops",
-}  # fmt: skip
 
 
 def unit_of(kind: str, *revolute: bool) -> str:
@@ -192,20 +148,18 @@ def table(
     coords: Mapping[str, Any] | None = None,
     attrs: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
-    """Make the table of a group of an arm whose joints are revolute or not, and `validate` it.
+    """Make the table of a group of an arm whose joints are revolute or not.
 
     `values` are arrays by the names declared, `coords` coordinates beside those of the joints.
     """
-    declared = _known(group, values)
+    declared = GROUPS[group]
     variables = {
         name: (declared[name].dims, values[name], declared[name].attributes(revolute)) for name in values
     }
     dims = {dim for name in values for dim in declared[name].dims}
     joints = np.arange(1, len(revolute) + 1)
     coordinates = {dim: joints for dim in sorted(dims) if dim.startswith("joint")} | dict(coords or {})
-    dataset = dataset_of(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
-    validate(dataset, group, revolute)
-    return dataset
+    return dataset_of(variables, coordinates | _units_by_row(group, values, revolute), dict(attrs or {}))
 
 
 def dataset_of(
@@ -224,65 +178,11 @@ def require_table(
 ) -> None:
     """Raise a UsageError unless a value is the table of a group, as the function `maker` returns it."""
     names = getattr(value, "data_vars", None)
-    if names is None or not set(GROUPS[group]) - OPTIONAL.get(group, set()) <= {*map(str, names)}:
+    needed = {name for name, declared in GROUPS[group].items() if declared.role == "variable"}
+    if names is None or not needed <= {*map(str, names)}:
         content = in_python(value) if names is None else f"a dataset of {', '.join(map(str, names))}"
         message, expected = f"this is not what `{maker}` returns", f"the dataset of `{maker}`"
         raise UsageError(message, where=where, expected=expected, found=content, next_step=next_step)
-
-
-def validate(dataset: xr.Dataset, group: str, revolute: Sequence[bool]) -> None:
-    """Raise a StoreError unless a table holds what its group declares; it may have more attributes.
-
-    Numbers of any sign are left to `require_numbers`, as a long variable may be read later.
-    """
-    n, names = len(revolute), [str(name) for name in dataset.data_vars]
-    variables = _known(group, names)
-    units = _units_by_row(group, names, revolute)
-    coordinates = {
-        k: declared
-        for k, declared in COORDINATES.get(group, {}).items()
-        if {*declared.dims} <= {*dataset.dims}
-    }
-    attributes = ATTRIBUTES.get(group, {})
-    for kind, expected, present in (
-        ("variable", set(variables) - OPTIONAL.get(group, set()), names),
-        ("coordinate", {*coordinates, *units}, dataset.coords),
-        ("attribute", set(attributes), dataset.attrs),
-    ):
-        if missing := sorted(expected - set(map(str, present))):
-            raise StoreError(
-                f"{group} lacks the {kind} {missing[0]}",
-                expected=", ".join(sorted(expected)),
-                found=", ".join(map(str, present)) or f"no {kind}s",
-            )
-    for name in names:
-        array, declared = dataset[name], variables[name]
-        declared.require(array.dims, array.dtype, array, n)
-        attrs = declared.attributes(revolute)
-        for word in ("units", "units_in"):
-            if array.attrs.get(word) != attrs.get(word):
-                raise StoreError(
-                    f"{name} of {group} has other units than declared",
-                    expected=attrs.get(word, f"no {word}"),
-                    found=str(array.attrs.get(word, f"no {word}")),
-                )
-    for key, array in dataset.coords.items():
-        name = str(key)
-        if name in coordinates:
-            coordinates[name].require(array.dims, array.dtype, array, n)
-            if array.dims == (name,) and len(np.unique(array)) < len(array):
-                raise StoreError(f"{name} of {group} names one of its rows twice")
-        elif name not in units:
-            raise StoreError(f"{group} has no coordinate {name}", expected=", ".join([*coordinates, *units]))
-        elif array.dims != units[name][0] or not np.array_equal(array, units[name][1]):
-            raise StoreError(f"{name} of {group} does not fit the joints of the arm")
-    for name, declared in attributes.items():
-        value = np.asarray(dataset.attrs[name])
-        if value.shape != (n,) * len(declared.dims):
-            raise StoreError(f"{name} of {group} has another shape", found=str(value.shape))
-        declared.require(declared.dims, value.dtype, value, n)
-        if value.dtype.kind == "f" and not np.isfinite(value).all():
-            raise StoreError(f"{name} of {group} is not a finite number", found=str(dataset.attrs[name]))
 
 
 def require_numbers(values: Array, name: str, group: str) -> None:
@@ -300,15 +200,6 @@ def require_numbers(values: Array, name: str, group: str) -> None:
             expected=" or ".join([f"finite numbers up to {LARGEST_RESULT:g}", *besides]),
             found=f"{values[wrong][0]}, entry {place}",
         )
-
-
-def _known(group: str, names: Any) -> dict[str, Declared]:
-    """Declared variables of a group, once all of these names are among them."""
-    declared = GROUPS[group]
-    for name in names:
-        if name not in declared:
-            raise StoreError(f"{name} is not a variable of {group}", expected=", ".join(declared))
-    return declared
 
 
 def _unit_coordinate(kind: str) -> str:

@@ -282,18 +282,6 @@ def number_in(text: str) -> float | None:
     return float(stripped) if _NUMBER.fullmatch(stripped) else None
 
 
-def whole_number_in(text: str) -> int | None:
-    """Read a whole number of 0 or more, also as 80.0; None where there is none.
-
-    Examples
-    --------
-    >>> whole_number_in("80"), whole_number_in("80.0"), whole_number_in("80.9"), whole_number_in("-1")
-    (80, 80, None, None)
-    """
-    number = number_in(text)
-    return int(number) if number is not None and 0 <= number <= LARGEST and number == int(number) else None
-
-
 def html_of(
     title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str = "", more: str = ""
 ) -> str:
@@ -320,5 +308,4 @@ LEVEL_NAMES = {
     "term": "torque terms one by one",
     "element": "parts of D and h as a whole, [FGL87]'s method",
     "energy": "the model remains a mechanical system, with symmetric D and its own energy",
-    "fast": "the shortest torque program that a search finds, printed as named steps (needs Numba)",
 }

@@ -25,8 +25,6 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.studies.control import ControlStudy
-from gd_analyze.studies.control_law import ControlSettings, Tolerance
 from gd_analyze.studies.evaluation import Evaluation
 from gd_analyze.studies.settings import Settings
 
@@ -36,8 +34,6 @@ __all__ = [
     "BaseParameters",
     "Box",
     "Budget",
-    "ControlSettings",
-    "ControlStudy",
     "DHRow",
     "Diagnosis",
     "Drive",
@@ -61,7 +57,6 @@ __all__ = [
     "SimplifiedModel",
     "Simulation",
     "States",
-    "Tolerance",
     "TorqueComparison",
     "Treatment",
     "Tube",

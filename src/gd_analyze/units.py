@@ -15,7 +15,6 @@ UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     "frequency": {"Hz": 1.0, "kHz": 1e3},
-    "angular frequency": {"rad/s": 1.0},
     "torque": {"N m": 1.0, "cN m": 1e-2, "mN m": 1e-3, "kN m": 1e3},
     "force": {"N": 1.0, "kN": 1e3},
     "mass": {"kg": 1.0, "g": 1e-3},

@@ -65,7 +65,6 @@ def test_what_is_no_arm_no_motion_and_no_option():
 @pytest.fixture(scope="module")
 def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
     exact, model = gd.types.ExactDynamics.of(puma, pick_and_place), puma_findings.model
-    loops = gd.types.ControlSettings(rates=(200.0,), speeds=(1.0,))
     return {
         "arm": puma,
         "trajectory": pick_and_place,
@@ -78,7 +77,6 @@ def shown(puma, pick_and_place, puma_findings) -> dict[str, object]:
         "states": exact.states,
         "harmonics": gd.tables.harmonics_of(puma),
         "program": model.program,
-        "control": gd.control(model, pick_and_place, loops),
     }
 
 

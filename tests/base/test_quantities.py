@@ -79,11 +79,10 @@ def test_other_texts_are_none(text):
     ("read", "alike"),
     [
         (lambda length: gd.types.Margin.parse(length).prismatic, "20mm"),
-        (lambda length: gd.types.Tolerance.parse(length).prismatic, "2 cm"),
         (lambda length: gd.types.Reading.of(offset=[f"3={length}"]).corrections.offset[0][1].si, "0.02 m"),
     ],
 )
-def test_margins_tolerances_and_offsets_read_the_same_units(read, alike):
+def test_margins_and_offsets_read_the_same_units(read, alike):
     # Each product is rounded once.
     assert read(alike) == pytest.approx(0.02, rel=4e-16)
     for text in ("1 kg", "1 ms", "20 mmm"):

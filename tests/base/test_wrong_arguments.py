@@ -36,7 +36,6 @@ def right(two_link, swing, swing_dataset, swing_findings) -> dict[str, Any]:
         "mass": 0.5,
         "position": [0.0, 0.0, 0.1],
         "languages": "c",
-        "text": "0.1deg",
         "table": [{"arm": "two_link", "trajectory": "two-link-swing"}],
         "over_time": gd.tables.dominance_over_time(swing_dataset),
     }
@@ -48,7 +47,6 @@ CALLS: dict[str, str] = {
     "certify": "model",
     "certify_positive_definite": "model",
     "compare_torque": "arm trajectory",
-    "control": "model trajectory",
     "decompose": "arm trajectory",
     "diagnose": "arm logs",
     "equations": "arm",
@@ -69,7 +67,6 @@ CALLS: dict[str, str] = {
     "save_model": "model path",
     "simplify": "arm trajectory",
     "batch": "table path",
-    "tracking_budget": "arm trajectory text",
     "trade_off": "exact",
     "write_trajectory": "trajectory path",
     "tables.base_parameters": "arm",
@@ -134,7 +131,6 @@ OPTIONS: list[tuple[str, str, Any]] = [
     ("analyze", "dominance", "a tenth"),
     ("analyze", "margin", 3j),
     ("simplify", "margin", {"q": 1}),
-    ("simplify", "operations", "a"),
     ("simplify", "effort", "long"),
     ("tables.robustness", "samples", "many"),
     ("tables.robustness", "samples", -2),
@@ -167,7 +163,7 @@ def function_named(name: str) -> Any:
 
 
 FLAGS = [(name, flag) for name in CALLS for flag in flags(function_named(name))]
-SETTINGS = ("Settings", "ControlSettings", "Reading", "Treatment", "Link")
+SETTINGS = ("Settings", "Reading", "Treatment", "Link")
 
 
 @pytest.mark.parametrize(("name", "flag"), FLAGS)
@@ -195,8 +191,10 @@ def test_what_counts_as_true_is_no_setting(name, flag):
 
 def test_flags_of_every_kind_are_tried():
     """Public functions have these and no others; NumPy's own True is one."""
-    assert {"overwrite", "strict", "drives", "refit", "physical", "allow_violations"} <= {x for _, x in FLAGS}
-    assert gd.types.Settings(refit=np.True_).refit
+    assert {"overwrite", "strict", "drives", "at_set_points", "physical", "allow_violations"} <= {
+        x for _, x in FLAGS
+    }
+    assert gd.types.Settings(at_set_points=np.True_).at_set_points
 
 
 # Arguments that are one of some words, by function.

@@ -17,7 +17,7 @@ from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from strategies import arms, examples
 

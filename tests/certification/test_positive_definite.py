@@ -15,7 +15,6 @@ from gd_analyze.certification import positive_definite as module
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics
 from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.types import ExactForm
 from long_cases import long
@@ -163,9 +162,8 @@ def test_a_joint_without_inertia_makes_d_singular(puma, joint):
 
 
 def test_bad_arguments_are_refused(two_link, puma, pick_and_place):
-    for level in (ELEMENT, FAST):
-        with pytest.raises(ModelError, match="symmetric D"):
-            gd.certify_positive_definite(exact_model(two_link, level=level))
+    with pytest.raises(ModelError, match="symmetric D"):
+        gd.certify_positive_definite(exact_model(two_link, level=ELEMENT))
     others = gd.types.Box.of(puma), gd.types.Tube.along(puma, pick_and_place)
     for where, wrong in (*(("box", {"region": other}) for other in others), ("effort", {"effort": 0})):
         with pytest.raises(UsageError) as caught:

@@ -30,7 +30,7 @@ def nothing_computed(monkeypatch):
 
     for module, name in COMPUTING.items():
         monkeypatch.setattr(importlib.import_module(module), name, fail)
-    for name in ("control", "evaluate"):
+    for name in ("diagnose", "evaluate"):
         monkeypatch.setattr(gd, name, fail, raising=False)
 
 
@@ -41,7 +41,7 @@ def plenty(here, motion, model):
     (here / "link.csv").symlink_to(motion)
     os.link(motion, here / "hard.csv")
     (here / "r" / "report.html").mkdir(parents=True)
-    (here / "r" / "control.pdf").mkdir()
+    (here / "r" / "diagnosis.pdf").mkdir()
     os.link(motion, here / "r" / "dominance.csv")
 
 
@@ -55,14 +55,13 @@ REFUSED = [
     ("equations own.toml -o own.toml", REPLACES),
     ("two_link gentle.csv --out r --format csv", REPLACES),
     ("two_link gentle.csv --out r --format json,html", "report.html"),
-    ("control model.json gentle.csv --out r", "control.pdf"),
+    ("diagnose own.toml gentle.csv --report r", "diagnosis.pdf"),
     ("simplify two_link -o r", "error: r: "),
     ("simplify two_link -o /dev/null", "error: /dev/null: "),
     ("equations two_link -o own.toml/x", "found: own.toml "),
 ]
 OUT_OF = [
     "two_link gentle.csv",
-    "control model.json gentle.csv",
     "simplify two_link gentle.csv",
     "equations two_link",
 ]
@@ -188,7 +187,7 @@ def test_an_arm_of_the_same_name_replaces_what_it_gave_before(run, motion, here)
 
 def test_reports_go_beside_their_analysis_or_to_a_folder_of_their_own(run, motion, here):
     assert run(f"{RUN} --format h5,csv").code == 0
-    assert run("two_link gentle.csv --out other --format csv --refit").code == 0
+    assert run("two_link gentle.csv --out other --format csv --at-set-points").code == 0
     assert run("report r/analysis.h5 --format csv").code == 0
     words = "report r/analysis.h5 --format csv --out other"
     refused = run(words)

@@ -343,7 +343,6 @@ VERBS += [
     "equations",
     "compare",
     "certify",
-    "control",
     "export",
     "completion",
 ]

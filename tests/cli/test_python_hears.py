@@ -12,7 +12,7 @@ from test_bad_input import ARM
 
 import gd_analyze as gd
 from gd_analyze.tables import rank_terms
-from gd_analyze.types import ControlSettings, ExactDynamics
+from gd_analyze.types import ExactDynamics
 
 HEADER = "time,q1,q2"
 TIME = np.linspace(0.0, 2.0, 41)
@@ -65,12 +65,6 @@ JOBS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
         "certify model.json --along m.csv --effort 1",
         lambda arm, motion: gd.certify(
             saved(arm, motion), gd.types.Tube.along(saved(arm, motion).arm, gd.read_trajectory(motion, arm))
-        ),
-    ),
-    "control": (
-        "control model.json m.csv --loop-rate 100 --speeds 1",
-        lambda arm, motion: gd.control(
-            saved(arm, motion), motion, ControlSettings(rates=(100.0,), speeds=(1.0,))
         ),
     ),
     "decompose": ("compare a.toml m.csv", lambda arm, motion: gd.decompose(arm, motion)),

@@ -20,7 +20,7 @@ from gd_analyze.tables import robustness, states_in_box
         "rank two_link {}", "two_link {}", "columns two_link {}", "diagnose two_link {}",
         "identify two_link {}", "arms {}", "plan {} --from 0,0 --to 1,1 --duration 1", "equations {}",
         "rank {} two-link-swing",
-        "evaluate {} two-link-swing", "certify {}", "export {} --to c", "control {} two-link-swing",
+        "evaluate {} two-link-swing", "certify {}", "export {} --to c",
         "arms two_link --limits {}", "arms two_link --drive-inertia {}", "report {}", "batch {}",
     ],
 )  # fmt: skip

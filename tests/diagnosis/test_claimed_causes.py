@@ -12,7 +12,7 @@ from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ur_like
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.causes import is_same
-from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
+from gd_analyze.diagnosis.fit import MOST_CHANGES
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.states import States
 from gd_analyze.tables import with_payload
@@ -66,10 +66,9 @@ def test_links_that_are_absurd_explain_nothing(good, two_link):
     """What remains is that of links within a file's error, though others would explain the log."""
     time, q, torque = good
     found = gd.diagnose(two_link, log_of(time, q, 3.3 * torque))
-    most = DIAGNOSIS_SETTINGS.most_changes
-    assert found.before.changed > most
+    assert found.before.changed > MOST_CHANGES
     # To the rounding of a price that is halved forty times.
-    assert float(np.square(found.before.shared).sum()) <= most * (1.0 + 1e-6)
+    assert float(np.square(found.before.shared).sum()) <= MOST_CHANGES * (1.0 + 1e-6)
     assert found.before.remains > 3.0 * found.after.remains
 
 
@@ -109,7 +108,7 @@ def test_a_zero_and_gravity_of_a_planar_arm_are_one(good, two_link, round_off, a
     time, q, torque = good
     found = gd.diagnose(two_link, log_of(time, q - [angle, 0.0], (1.0 + round_off) * torque))
     assert [cause.name for cause in (*found.causes, *found.rivals)] == ["zero of a joint", "gravity"]
-    assert is_same(*found.causes, *found.rivals, DIAGNOSIS_SETTINGS)
+    assert is_same(*found.causes, *found.rivals)
     gravity = found.rivals[0].correction.gravity
     assert gravity is not None
     size = float(np.linalg.norm(two_link.gravity))

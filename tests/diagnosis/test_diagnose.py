@@ -16,14 +16,20 @@ import gd_analyze as gd
 from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ceiling, compensated
 from gd_analyze.diagnosis.answer import answer
-from gd_analyze.diagnosis.causes import is_unexplained
+from gd_analyze.diagnosis.causes import CLEAR_FALL, is_unexplained
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file_errors
-from gd_analyze.diagnosis.fit import fitted
+from gd_analyze.diagnosis.equations import (
+    COM_ERROR,
+    COM_ERROR_M,
+    MASS_ERROR,
+    corrected_columns,
+    equations_of,
+    file_errors,
+)
+from gd_analyze.diagnosis.fit import MOST_CHANGES, fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
 from gd_analyze.diagnosis.remedies import map_of_joints, typed_together
-from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
+from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, samples_of
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.errors import UsageError
 from long_cases import long
@@ -211,7 +217,7 @@ def test_nothing_is_wrong(robot, good, two_link):
     assert found.tells
     assert 0.0 < found.before.off < 0.4
     assert found.ranking
-    assert all(one.fall <= DIAGNOSIS_SETTINGS.clear_fall for one in found.ranking)
+    assert all(one.fall <= CLEAR_FALL for one in found.ranking)
 
 
 def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
@@ -221,7 +227,7 @@ def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
     diagnosis = gd.diagnose(other, log_of(*good))
     assert diagnosis.cause is not None
     assert diagnosis.cause.name == "another arm"
-    assert diagnosis.before.changed > DIAGNOSIS_SETTINGS.most_changes
+    assert diagnosis.before.changed > MOST_CHANGES
     assert "links" in answer(diagnosis)
     own = gd.diagnose(two_link, log_of(*good))
     assert not own.is_far_off
@@ -302,14 +308,14 @@ def test_without_torques_or_masses_it_is_refused(two_link, swing):
 
 def problem_of(robot: Robot, arrays: Arrays) -> Problem:
     log = log_of(*arrays)
-    samples = samples_of(robot.file, [log], [np.ones(log.q.shape, dtype=bool)], DIAGNOSIS_SETTINGS)
-    return Problem(samples, Correction.none(2), DIAGNOSIS_SETTINGS)
+    samples = samples_of(robot.file, [log], [np.ones(log.q.shape, dtype=bool)])
+    return Problem(samples, Correction.none(2))
 
 
 def test_columns_times_the_files_numbers_are_its_torque(robot, good):
     """The column of the file's torque, and those of its errors, are what the regressor gives."""
     problem = problem_of(robot, good)
-    columns, _, shared = corrected_columns(problem.samples, problem.correction, DIAGNOSIS_SETTINGS)
+    columns, _, shared = corrected_columns(problem.samples, problem.correction)
     states = gd.types.States(problem.samples.q, problem.samples.qd, problem.samples.qdd)
     torque = robot.file.torque(*states.arrays, drives=False)
     # Some hundred roundings of the largest.
@@ -320,11 +326,11 @@ def test_errors_of_a_file_are_its_derivatives(puma):
     """A mass one standard deviation larger, and a centre moved, change the ten numbers so, to first order."""
     from dataclasses import replace
 
-    errors = file_errors(puma, DIAGNOSIS_SETTINGS)
+    errors = file_errors(puma)
     before = parameters_of(puma)[2]
     link, small = puma.links[2], 1e-6
-    heavier = replace(link, mass=link.mass * (1.0 + small * DIAGNOSIS_SETTINGS.mass_error))
-    moved = small * (DIAGNOSIS_SETTINGS.com_error * abs(link.com[1]) + DIAGNOSIS_SETTINGS.com_error_m)
+    heavier = replace(link, mass=link.mass * (1.0 + small * MASS_ERROR))
+    moved = small * (COM_ERROR * abs(link.com[1]) + COM_ERROR_M)
     shifted = replace(link, com=link.com + np.array([0.0, moved, 0.0]))
     for k, changed in ((0, heavier), (2, shifted)):
         arm = replace(puma, links=(*puma.links[:2], changed, *puma.links[3:]))
@@ -354,8 +360,8 @@ def test_reversed_torques_are_noticed_in_products_alone(robot, good):
     """A fit from products equals one whose torques were reversed before."""
     time, q, torque = good
     reversed_ = problem_of(robot, (time, q, -torque))
-    equations = equations_of(reversed_.samples, reversed_.correction, DIAGNOSIS_SETTINGS)
-    alone = fitted(equations, signs(2, [0, 1]), DIAGNOSIS_SETTINGS)
+    equations = equations_of(reversed_.samples, reversed_.correction)
+    alone = fitted(equations, signs(2, [0, 1]), FEWEST_SAMPLES)
     assert abs(alone.score - problem_of(robot, good).null.score) < 1e-6 * abs(alone.score)
 
 
@@ -426,7 +432,7 @@ def test_maps_of_two_causes_give_every_joint_one_column(problem_of_columns, firs
     problem, roles = problem_of_columns, ("q", "torque")
     exchanged = np.eye(6)[first]
     correction = problem.correction.with_position(exchanged).with_torque(exchanged)
-    corrected = Problem(problem.samples, correction, problem.settings)
+    corrected = Problem(problem.samples, correction)
     typed = typed_together([map_of_joints(problem, first), map_of_joints(corrected, second)])
     words = [word for word in shlex.split(typed) if word != "--map"]
     maps = [re.fullmatch(r"(\w+):(.+)=[a-z]+(\d)", word).groups() for word in words]
@@ -520,4 +526,4 @@ def test_a_little_lag_is_looked_for_where_links_would_hide_it(robot, two_link, l
     torque = late(exact.time, exact.noisy(exact.torque()), lag)
     found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque), thorough=False)
     assert [cause.name for cause in found.causes] == ["lag of torque"] * (lag > 0.0)
-    assert not is_unexplained(found.before, DIAGNOSIS_SETTINGS)
+    assert not is_unexplained(found.before)

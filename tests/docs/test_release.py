@@ -34,10 +34,3 @@ def test_the_extras_of_the_install_page_exist() -> None:
     rows = tables(ROOT / "docs" / "install.md", "Install")
     named = {re.findall(r"\[(\w+)\]", row["extra"])[0] for row in rows}
     assert named == set(extras["optional-dependencies"]) - {"test"}
-
-
-def test_the_size_of_every_dependency_is_stated() -> None:
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    names = {re.split(r"[>=]", line)[0] for line in project["dependencies"]}
-    stated = {row["library"] for row in tables(ROOT / "analysis" / "install_size.md", "Size")}
-    assert stated == names | {"gd-analyze", "all"}

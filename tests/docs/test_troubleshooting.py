@@ -12,7 +12,3 @@ SOURCE = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "src").r
 @pytest.mark.parametrize("message", [code(row["message"]) for row in ROWS])
 def test_the_message_is_told(message: str) -> None:
     assert message in SOURCE
-
-
-def test_there_are_fifteen() -> None:
-    assert len(ROWS) == 15

@@ -56,7 +56,7 @@ def test_single_precision_computes_in_single_precision(tmp_path):
         called("gcc", "-std=c99", *STRICT, *words, "-c", source, "-o", source.with_suffix(".o"))
 
 
-@pytest.mark.parametrize("case", ["two_link", "puma560 fast", long("stanford energy")])
+@pytest.mark.parametrize("case", ["two_link", "puma560 program", long("stanford energy")])
 def test_single_precision_errs_no_more_than_its_header_says(case, tmp_path):
     what, drawn = subject(case), states(case)
     results, (bulk,) = run_compiled(what, "c", drawn, tmp_path, "float", (1000,))

@@ -157,9 +157,8 @@ def test_latex_tells_errors_and_bounds(case):
         assert number(float(error)) in text
 
 
-@pytest.mark.parametrize("case", ["puma560", "puma560 fast"])
-def test_latex_has_a_line_for_every_named_step(case):
-    what, text = latex_of(case)
+def test_latex_has_a_line_for_every_named_step():
+    what, text = latex_of("puma560")
     program, printer = what.torque.program, LatexPrinter(6)
     formulas = NamedSteps(program).formulas
     assert len(formulas) > 2 * what.n
@@ -169,7 +168,7 @@ def test_latex_has_a_line_for_every_named_step(case):
 
 
 @needs("pdflatex")
-@pytest.mark.parametrize("place", ["two_link energy", "puma560 fast", "stanford", *PLACES[::5]], ids=str)
+@pytest.mark.parametrize("place", ["two_link energy", "puma560", "stanford", *PLACES[::5]], ids=str)
 def test_latex_is_typeset(place, tmp_path):
     _, text = latex_of(place)
     (tmp_path / "out.tex").write_text(text, encoding="ascii")

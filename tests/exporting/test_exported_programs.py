@@ -91,7 +91,7 @@ def assert_same_at_once(what, drawn, bulk):
         *(
             (name, f"two_link {what}")
             for name in ("jax", "sympy")
-            for what in ("element", "fast", "decomposition", "further")
+            for what in ("element", "program", "decomposition", "further")
         ),
     ],
 )
@@ -121,7 +121,7 @@ def test_so_it_is_with_any_arm(tmp_path_factory, arm):
 
 @needs_gpp
 def test_cpp_of_single_precision(tmp_path):
-    what, drawn = subject("two_link fast"), states("two_link", 100)
+    what, drawn = subject("two_link program"), states("two_link", 100)
     found, _ = run_compiled(what, "cpp", drawn, tmp_path, "float")
     eps = float(np.finfo(np.float32).eps)
     values, bound = evaluated(what.torque.program, drawn, eps)
@@ -319,7 +319,7 @@ def test_numpy_takes_any_leading_axes_and_needs_nothing_else(tmp_path):
 
 
 def test_gradients_of_jax_are_slopes(jax, tmp_path):
-    what = subject("two_link fast")
+    what = subject("two_link program")
     module, drawn = imported(what, "jax", tmp_path), states("two_link", 50)
     by_q, by_qdd = jax.vmap(jax.jit(jax.jacfwd(module.torque, argnums=(0, 2))))(*drawn.arrays)
     for j in range(2):
@@ -332,7 +332,7 @@ def test_gradients_of_jax_are_slopes(jax, tmp_path):
 
 def test_casadi_differentiates_and_generates_code(tmp_path, monkeypatch):
     casadi = pytest.importorskip("casadi")
-    what = subject("puma560 fast")
+    what = subject("puma560 program")
     module, drawn = imported(what, "casadi", tmp_path), states("puma560", 20)
     symbols = [casadi.SX.sym(name, 6) for name in ("q", "qd", "qdd")]
     jacobians = [casadi.jacobian(module.torque(*symbols), x) for x in symbols]

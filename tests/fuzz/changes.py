@@ -125,7 +125,7 @@ def _noise(random: Random, old: bytes) -> bytes:
     return old[:place] + random.randbytes(random.randint(1, 8)) + old[place + length :]
 
 
-def cut(random: Random, old: bytes) -> bytes:
+def _cut(random: Random, old: bytes) -> bytes:
     return old[: random.randint(0, len(old))]
 
 
@@ -137,4 +137,4 @@ TEXT = Stage(
     {"insert": _insert, "replace text": _replace_span, "lines": _lines, "ends": _ends},
     lambda changed: changed.encode(errors="surrogatepass"),
 )
-BYTES = Stage({"encode": _encode, "noise": _noise, "cut": cut, "tail": _tail}, bytes)
+BYTES = Stage({"encode": _encode, "noise": _noise, "cut": _cut, "tail": _tail}, bytes)

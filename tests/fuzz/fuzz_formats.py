@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv_cases
-import hdf5_cases
 import json_cases
 import log_cases
 import toml_cases
@@ -15,5 +14,4 @@ FORMATS = {
     "toml": toml_cases.FORMAT,
     "xml": xml_cases.FORMAT,
     "json": json_cases.FORMAT,
-    "h5": hdf5_cases.FORMAT,
 }

@@ -13,9 +13,6 @@ from hypothesis import given
 
 from strategies import examples
 
-# Results files take a hundred times as long as the others.
-COUNTS = {"csv": 400, "log": 400, "toml": 400, "xml": 400, "json": 400, "h5": 30}
-
 
 @pytest.fixture(scope="module")
 def folder() -> Iterator[Path]:
@@ -40,7 +37,7 @@ def test_what_is_not_changed_is_read(name, folder):
 @pytest.mark.hypothesis
 @pytest.mark.parametrize("name", FORMATS)
 def test_changed_files_are_read_soundly_or_refused(name, folder):
-    @examples(COUNTS[name])
+    @examples(400)
     @given(FORMATS[name].cases)
     def held(plan: Plan) -> None:
         _held_against(plan, name, folder)

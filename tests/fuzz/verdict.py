@@ -15,7 +15,7 @@ from typing import Any
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 
 SECONDS = 5.0
-# Cases are a few kilobytes. What HDF5 and its readers keep for themselves is far below this.
+# Cases are a few kilobytes.
 MEGABYTES = 1024
 # Place and fact, what is expected, what to do; the longest advise how to rename all columns of a log.
 MOST_LINES, WIDEST = 3, 1010

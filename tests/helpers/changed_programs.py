@@ -1,20 +1,18 @@
-"""Programs changed without a search: summands dropped, numbers rounded, steps gone; and their errors."""
+"""Programs changed without a search: numbers rounded, steps gone; and their errors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
-import pytest
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.fast import FAST
-from gd_analyze.simplification.fast_search import FastSearch, FastSettings
-from gd_analyze.types import Box, ExactDynamics, ExactForm, RobotArm, SimplifiedModel, States
+from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.types import Box, ExactForm, RobotArm, SimplifiedModel, States
 from made_models import promising_nothing
 
 
@@ -47,92 +45,13 @@ def rounded(program: Program, digits: int = 3) -> Program:
     return Program.of(trace, [of(output) for output in program.outputs])
 
 
-def without_first(program: Program, places: Sequence[int]) -> Program:
-    """The program without the first summand of the sums and differences at some places."""
-    kinds = {"add": _second, "subtract": _minus_second}
-    return changed(program, {place: kinds[program.steps[place].operation] for place in places})
-
-
-def _second(a: Any, b: Any) -> Any:
-    return b
-
-
-def _minus_second(a: Any, b: Any) -> Any:
-    return -b
-
-
 def _number(value: float, *_: Any) -> float:
     return value
 
 
-def sums_of(program: Program) -> list[int]:
-    """Places of the sums and differences of two steps."""
-    return [
-        place
-        for place, step in enumerate(program.steps)
-        if step.operation in ("add", "subtract") and all(isinstance(x, Expression) for x in step.arguments)
-    ]
-
-
-def summands_dropped(exact: ExactDynamics, allowed: FloatArray) -> Program:
-    """As many summands dropped as the errors allow, those first that alone cost least."""
-    program, some = exact.form.program, exact.thinned(200)
-
-    def share(places: Sequence[int], over: ExactDynamics) -> float:
-        inputs, weights = program_inputs(over.states), over.states.weights
-        off = np.abs(without_first(program, places).run(inputs) - program.run(inputs))
-        off = off if weights is None else off * weights.T
-        with np.errstate(divide="ignore"):  # nothing may be off at a joint without torque
-            return float(np.divide(off, allowed[:, None], out=np.zeros_like(off), where=off > 0.0).max())
-
-    ordered = sorted(sums_of(program), key=lambda place: (share([place], some), place))
-    few, many = 0, len(ordered) + 1
-    while many - few > 1:
-        middle = (few + many) // 2
-        few, many = (middle, many) if share(ordered[:middle], exact) <= 1.0 else (few, middle)
-    return without_first(program, ordered[:few])
-
-
-class WithoutSearch(FastSearch):
-    """Stands in for a search where only what comes of it matters: summands are dropped, without Numba."""
-
-    def __init__(self, exact: ExactDynamics, allowed: FloatArray, *_: Any, **__: Any) -> None:
-        self.exact, self.given, self.allowed, self.stopped = exact, allowed, allowed, ""
-        self.settings = FastSettings(searches=1)
-
-    def program(self, turn: int) -> Program:
-        return summands_dropped(self.exact, self.allowed)
-
-    def is_best(self) -> bool:
-        return True
-
-    def learn(self, further: ExactDynamics, share: FloatArray) -> None:
-        q, qd, qdd = further.states.arrays
-        if len(q):
-            self.exact = self.exact.joined_by(np.stack([q, qd, qdd]), further.states.weights)
-        self.allowed = self.given * share
-
-
-def skip_searches(patch: pytest.MonkeyPatch) -> None:
-    """Let level fast drop summands: what follows a search is tested without the minute it compiles."""
-    for place in ("simplification.fast_search", "certification.program_holding"):
-        patch.setattr(f"gd_analyze.{place}.FastSearch", WithoutSearch)
-
-
-def skip_proofs(patch: pytest.MonkeyPatch) -> None:
-    """Let every program be too long for a proof, so that states are tried."""
-    patch.setattr("gd_analyze.certification.program_holding.usual_effort", lambda *_: None)
-
-
-def fast_model(exact: ExactDynamics, budget: str, program: Program | None = None) -> SimplifiedModel:
-    """A program, by default that of dropped summands, stated as a search states what it found."""
-    search = WithoutSearch(exact, exact.allowed(budget))
-    return search.model(search.program(0) if program is None else program, budget, exact)
-
-
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:
     """A model that is this program and promises nothing."""
-    return promising_nothing(ExactForm(arm), FAST, {}, program)
+    return promising_nothing(ExactForm(arm), ELEMENT, {}, program)
 
 
 def pruned(arm: RobotArm, share: float, rng: np.random.Generator) -> SimplifiedModel:

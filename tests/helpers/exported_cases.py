@@ -13,7 +13,7 @@ import gd_analyze as gd
 from changed_programs import rounded
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
-from gd_analyze.simplification.fast import FAST
+from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.types import ExactForm, Joint, Link
 from made_models import exact_model, model_of, promising_nothing
 from strategies import random_states
@@ -21,9 +21,9 @@ from strategies import random_states
 LINKS = ("two_link", "puma560", "stanford")
 CASES = (
     *LINKS,
-    *(f"two_link {level}" for level in gd.types.LEVELS),
+    *(f"two_link {level}" for level in (*gd.types.LEVELS, "program")),
     "puma560 term",
-    "puma560 fast",
+    "puma560 program",
     "stanford element",
     "stanford energy",
     *(f"{name} decomposition" for name in LINKS),
@@ -32,7 +32,7 @@ CASES = (
 TORQUES = tuple(case for case in CASES if not case.endswith(("decomposition", "further")))
 MODELS = tuple(case for case in TORQUES if case not in LINKS)
 # For languages that take long to load a text.
-FEW = ("two_link element", "two_link fast", "stanford further", "two_link decomposition")
+FEW = ("two_link element", "two_link program", "stanford further", "two_link decomposition")
 # Arms of which hardly anything is left.
 ODD = {
     "weightless": (0.0, "revolute", "prismatic"),
@@ -61,9 +61,9 @@ def subject(case: str) -> ExportInput:
         exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
         further = tuple(x for x in FURTHER if x != "friction" or arm.drives)
         return exact.with_functions(further) if what else exact
-    if what == "fast":
+    if what == "program":
         form = ExactForm(arm, arm.counts_drives(None))
-        return proven(promising_nothing(form, FAST, {}, rounded(form.program)))
+        return proven(promising_nothing(form, ELEMENT, {}, rounded(form.program)))
     return proven(exact_model(arm, arm.counts_drives(None), gd.types.LEVELS[what]))
 
 

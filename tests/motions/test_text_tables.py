@@ -215,6 +215,12 @@ def test_ros2_topic_echo_csv(read):
     np.testing.assert_allclose(logged.time, [0, 0.008000001, 0.016000002], rtol=1e-15)
 
 
+@pytest.mark.parametrize("name", ["states.yaml", "states.yml", "echo.txt"])
+def test_echoed_yaml_is_sent_to_a_bag(refused, name):
+    text = "header:\n  stamp:\n    sec: 1\n    nanosec: 0\nname: [knee, hip]\nposition: [0.1, 0.5]\n---\n"
+    refused("`ros2 topic echo --csv`", text * 3, TWO, name)
+
+
 def test_rtde_takes_what_was_measured(read):
     kinds = "actual_q target_q actual_qd target_qd target_qdd actual_current target_moment"
     names = [f"{kind}_{joint}" for kind in kinds.split() for joint in (0, 1)]

@@ -9,7 +9,6 @@ import pytest
 
 import gd_analyze as gd
 from browser import Tab, opened, started
-from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.motions.columns import ColumnUse
@@ -65,11 +64,11 @@ def tab(browser: Any, file: Path) -> Iterator[Tab]:
 @pytest.fixture(scope="session")
 @few_tries()
 def by_level(two_link: RobotArm, swing: Trajectory) -> dict[str, Findings]:
-    mechanical = Settings(budget=WIDE, level="energy", refit=True, at_set_points=True)
+    mechanical = Settings(budget=WIDE, level="energy", at_set_points=True)
     return {
         "element": gd.analyze(two_link, swing, level="element"),
         "energy": gd.analyze(two_link, swing, settings=mechanical),
-        "term": gd.analyze(two_link, swing, level="term", operations=20),
+        "term": gd.analyze(two_link, swing, level="term", budget=WIDE, at_set_points=True),
     }
 
 
@@ -89,12 +88,3 @@ def recorded(two_link: RobotArm) -> Findings:
 @pytest.fixture(scope="session")
 def two_motions() -> Findings:
     return gd.analyze("two_link", [swung(20.0, "slow"), swung(2.2, "fast")])
-
-
-@pytest.fixture(scope="session")
-@few_tries()
-def fast(two_link: RobotArm, swing: Trajectory) -> Findings:
-    with pytest.MonkeyPatch.context() as patch:
-        # This is about what is shown of a model, not how it is found.
-        skip_searches(patch)
-        return gd.analyze(two_link, swing, level="fast", budget=WIDE)

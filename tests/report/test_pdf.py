@@ -93,7 +93,7 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
         assert said in words
 
 
-@pytest.mark.parametrize("name", ["recorded", "measured_findings", "fast", "two_motions"])
+@pytest.mark.parametrize("name", ["recorded", "measured_findings", "two_motions"])
 def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     findings = request.getfixturevalue(name)
     words = " ".join(read(prepare_pdf(findings)(), tmp_path).split()).replace("’", "'")

@@ -15,7 +15,7 @@ import xarray as xr
 
 from gd_analyze import load_findings
 from gd_analyze.results.hdf5 import OF_SCALES
-from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS
+from gd_analyze.schema import GROUPS
 from gd_analyze.simplification.accuracy import PROVEN, STATED
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.tables import load_results, save_results
@@ -23,7 +23,7 @@ from long_cases import long
 from strategies import names_in
 
 # The PUMA states uncertainties.
-STORED = set(GROUPS) - OPTIONAL_GROUPS | {"robustness", "stops"}
+STORED = set(GROUPS) - {"diagnosis", "every_set_point", "measured_torque", "motions", "recording"}
 
 
 def test_round_trip_is_exact(stored, puma_findings):

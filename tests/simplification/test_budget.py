@@ -19,8 +19,8 @@ from gd_analyze.errors import ModelError, UsageError
 from gd_analyze.simplification.accuracy import kept_states, norm_shares, share_at
 from gd_analyze.simplification.budget import Allowance, ReferenceTorques
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_file import document_of
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.tables import states_in_box
 from gd_analyze.types import Budget, ExactDynamics

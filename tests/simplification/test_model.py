@@ -9,15 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from changed_programs import skip_searches
 from few_tries import few_tries
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.element import parts_of
 from gd_analyze.simplification.harmonic import ENERGY
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model_torque import model_torque
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.tables import decompose_states, states_in_box, states_of
 from gd_analyze.types import LEVELS, Budget, Drive, ExactDynamics, SimplifiedModel, States
@@ -29,9 +28,7 @@ from strategies import arms_with_states, examples, random_states
 def model(request, two_link, swing) -> SimplifiedModel:
     how = SearchOptions(LEVELS[request.param], dearer=True)
     budget = None if request.param == "element" else Budget.parse("90%")
-    with pytest.MonkeyPatch.context() as patch:
-        skip_searches(patch)
-        return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
+    return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
 
 
 @examples(12)
@@ -146,10 +143,8 @@ BUDGETS = [(level, budget) for level in LEVELS for budget in ("1%", "20%", "60%"
 @few_tries()
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
-    how = SearchOptions(LEVELS[level], refit=LEVELS[level].has_torque_terms, thorough=False)
-    with pytest.MonkeyPatch.context() as patch:
-        skip_searches(patch)
-        model = simplify_exact(ExactDynamics.of(arm, states), budget, how)
+    how = SearchOptions(LEVELS[level], thorough=False)
+    model = simplify_exact(ExactDynamics.of(arm, states), budget, how)
     assert_adds_up(model, states)
     assert_adds_up(model, random_states(arm.n_joints, 10, 7))
 
@@ -213,12 +208,11 @@ def test_the_energy_level_is_a_mechanical_system(puma_energy, puma):
 
 
 @pytest.mark.parametrize("budget", ["1%", "10%", "40%"])
-@pytest.mark.parametrize("refit", [False, True])
 @examples(3)
 @given(case=arms_with_states(max_joints=3, massive=True))
 @few_tries()
-def test_so_it_is_of_any_arm_mechanical_systems(case, budget, refit):
+def test_so_it_is_of_any_arm_mechanical_systems(case, budget):
     arm, states = case
-    how = SearchOptions(ENERGY, refit=refit, thorough=False)
+    how = SearchOptions(ENERGY, thorough=False)
     model = simplify_exact(ExactDynamics.of(arm, states), Budget.parse(budget), how)
     assert_mechanical(model, states.q, states.qd)

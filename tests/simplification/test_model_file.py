@@ -16,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from changed_programs import fast_model
 from gd_analyze import Trajectory, load_model, save_model
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
@@ -25,8 +24,9 @@ from gd_analyze.operations.program import plain_program
 from gd_analyze.simplification import model_claims, model_file
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_claims import measured_at, require_terms_computed
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH
 from gd_analyze.studies.proof import proven_again
@@ -47,7 +47,7 @@ def path(tmp_path) -> Path:
 @pytest.fixture(scope="module")
 def shipped(two_link, swing) -> SimplifiedModel:
     """Made for a shipped trajectory, at which errors can be measured again."""
-    return gd.simplify(two_link, swing, "40%", level="term", refit=True)
+    return gd.simplify(two_link, swing, "40%", level="term")
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,6 @@ def test_a_searched_one_comes_back(shipped, path, swing):
     save_model(shipped, path)
     again = load_model(path)
     assert_same(shipped, again, states_of(swing))
-    assert shipped.refitted
     assert again.accuracy.steps == shipped.accuracy.steps != ()
 
 
@@ -400,7 +399,7 @@ def test_a_trajectory_is_looked_for_by_name_only_among_those_shipped(own, path, 
         assert not load_model(changed(own, path, at("fitted_on trajectory", name))).accuracy.measured
 
 
-@pytest.fixture(scope="module", params=[name for name, level in LEVELS.items() if not level.is_program])
+@pytest.fixture(scope="module", params=LEVELS)
 def of_level(request, two_link) -> SimplifiedModel:
     return exact_model(two_link, level=LEVELS[request.param])
 
@@ -496,62 +495,15 @@ def test_what_is_zero_everywhere_may_be_added(of_level, path):
     assert again.operations.total > of_level.operations.total
 
 
-# A program without terms: nothing says what it should compute but its structure and its errors.
-
-
-@pytest.fixture(scope="module")
-def program(two_link, swing) -> SimplifiedModel:
-    """Of level fast, for states that everybody has."""
-    return fast_model(gd.types.ExactDynamics.of(two_link, swing), "50%")
-
-
-def test_a_program_comes_back(program, path, swing):
-    save_model(program, path)
+def test_the_exact_torque_comes_back_by_its_parts(two_link, swing, path):
+    """As the main job stores it of an arm of too many terms."""
+    exact = gd.types.ExactDynamics.of(two_link, swing)
+    model = exactly(exact, ELEMENT, exact.allowed("1%"), "1%")
+    save_model(model, path)
     again = load_model(path)
-    assert_same(program, again, states_of(swing))
-    assert plain_program(again.program) == plain_program(program.program)
-    assert again.accuracy.measured
-    assert (again.saves, again.terms) == (True, {})
-
-
-NO_TORQUE = {
-    "adds degrees 1 and 2": lambda step: step("multiply", 0.1, step("input", "qd1")),
-    "is of degree 3": lambda step: step("multiply", step("input", "qd1"), step("input", "qdd2")),
-    "is a cos of the motion": lambda step: step("cos", step("input", "qdd1")),
-}
-
-
-@pytest.mark.parametrize("fault", NO_TORQUE)
-def test_a_program_that_is_no_torque_is_refused(program, path, fault):
-    def change(document: Document) -> None:
-        step = Steps(document)
-        document["outputs"][0] = step("add", NO_TORQUE[fault](step), document["outputs"][0])
-
-    error = refused(changed(program, path, change))
-    assert error.what == "the program is not a torque"
-    assert error.details["where"] == f"{path}: steps"
-    assert fault in error.details["found"]
-
-
-def a_velocity(document: Document) -> None:
-    document["outputs"][1] = Steps(document)("input", "qd1")
-
-
-# What is wrong, and where it is noticed.
-OF_PROGRAM = {
-    "a velocity": (a_velocity, "steps"),
-    "an output less": (lambda d: d["outputs"].pop(), "steps"),
-    "an output more": (lambda d: d["outputs"].append(0.0), "steps"),
-    "another number": (constant(1, 0.123), "joint"),
-    "a term": (lambda d: d["terms"].append({}), ""),
-    "a term of another level": (at("terms", [{"i": 0, "j": 0, "factors": [], "coefficient": 1.0}]), ""),
-}
-
-
-@pytest.mark.parametrize("which", OF_PROGRAM)
-def test_a_forged_program_is_refused(program, path, which):
-    change, where = OF_PROGRAM[which]
-    assert where in refused(changed(program, path, change)).details["where"].removeprefix(str(path))
+    assert_same(model, again, states_of(swing))
+    assert again.is_exact
+    assert again.functions.operations == exact.form.functions.operations
 
 
 # What is proven of a model stands in its file as data.

@@ -19,14 +19,13 @@ from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.candidates import candidates_of
 from gd_analyze.simplification.coordinates import shortest
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import digest_of_model
-from gd_analyze.simplification.refit import refitted
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.types import ExactDynamics, ExactForm
 from long_cases import long
-from parallel_axes import arms_with_runs, scara
+from parallel_axes import arms_with_runs
 from printed_equations import terms_of_equations, terms_of_model, torque_of
 from strategies import examples, random_states
 
@@ -124,19 +123,6 @@ def test_in_absolute_velocities_single_terms_would_be_impossible():
     for _ in range(20):
         chosen = candidates.chosen(rng.random(len(candidates)) < 0.5)
         assert form.printed(TERM.torques(form, chosen)).keys() <= exact.keys()
-
-
-def test_terms_that_go_together_are_refitted_together():
-    """Their factors are equal, so that they still cancel."""
-    arm = scara()
-    exact = ExactDynamics.of(arm, random_states(arm.n_joints, 40, 3))
-    candidates = candidates_of(exact, TERM, exact.allowed("10%"))
-    _, factors = refitted(candidates, np.ones(len(candidates), dtype=bool), candidates.stays)
-    model = candidates.chosen(np.ones(len(candidates), dtype=bool), factors)
-    assert (
-        exact.form.printed(TERM.torques(exact.form, model)).keys()
-        <= exact.form.printed(exact.form.torques).keys()
-    )
 
 
 def test_a_model_takes_no_more_than_one_in_absolute_velocities(puma, pick_and_place):

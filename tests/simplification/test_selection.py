@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 
 import numpy as np
@@ -10,10 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.simplification.candidates import Candidates
 from gd_analyze.simplification.effects import Effects
-from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.refit import _Fit, refitted
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -22,8 +18,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.types import ExactForm
-from strategies import examples, two_link_of
+from strategies import examples
 
 # Errors are sums of at most eleven numbers of some tens: their rounding.
 ROUND_OFF = 1e-13
@@ -124,58 +119,6 @@ def test_a_repair_ends_within_the_budget(choice, bits):
     repair(selection)
     assert error_of(choice, selection.selected) <= 1.0 + ROUND_OFF
     assert selection.selected[selected].all()
-
-
-def candidates_with(choice: TermChoice, rng: np.random.Generator) -> Candidates:
-    count = len(choice)
-    form = ExactForm(two_link_of(1.0, 1.0, 1.0))
-    candidates = Candidates(
-        TERM,
-        form,
-        dict.fromkeys(range(count), 1.0),
-        np.arange(count),
-        choice,
-        np.zeros(count, dtype=bool),
-        count,
-    )
-    level = type("Level", (), {"numbers": staticmethod(lambda *_: rng.integers(0, count, count))})()
-    return dataclasses.replace(candidates, level=level)
-
-
-@examples(30)
-@given(choices(), st.integers(0, 2**32 - 1))
-def test_no_other_factors_have_a_smaller_largest_error(choice, seed):
-    rng = np.random.default_rng(seed)
-    selected = rng.random(len(choice)) < 0.6
-    fit = _Fit(candidates_with(choice, rng))
-    factors, least = fit.best(selected)
-
-    def largest(scale: np.ndarray) -> float:
-        lost = (1.0 - selected * scale)[:, None, None] * choice.effects.dense()
-        return float(np.abs(choice.base + lost.sum(axis=0)).max())
-
-    # The solver keeps its rows to 1e-7 of numbers up to some tens here.
-    slack = 1e-5 * (1.0 + least)
-    assert largest(factors) == pytest.approx(least, abs=ROUND_OFF * 100)
-    assert least <= error_of(choice, selected) + slack
-    for _ in range(20):
-        change = rng.normal(size=len(selected)) * rng.choice([1e-3, 0.1, 1.0])
-        assert largest(factors + change[fit._parameter]) >= least - slack
-
-
-@examples(20)
-@given(choices(), st.integers(0, 2**32 - 1))
-def test_a_refit_costs_no_more_and_keeps_the_budget(choice, seed):
-    rng = np.random.default_rng(seed)
-    stays = rng.random(len(choice)) < 0.2
-    _, found, *_ = searched(choice, stays)
-    fitted = refitted(candidates_with(choice, rng), found.selected, stays)
-    assert fitted is not None  # as the coefficients themselves keep the budget
-    selected, factors = fitted
-    assert cost_of(choice, selected) <= found.cost
-    assert selected[stays].all()
-    lost = (1.0 - selected * factors)[:, None, None] * choice.effects.dense()
-    assert np.abs(choice.base + lost.sum(axis=0)).max() <= 1.0 + 1e-9
 
 
 def test_more_effort_costs_no_more():

@@ -13,7 +13,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bounds
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.types import Drive, Joint, Link, Placement, RobotArm, SimplifiedModel
 from long_cases import long

@@ -289,21 +289,15 @@ def test_combinations_tables_and_folders_state_the_same_rows(tmp_path, two_link)
 
 
 def test_options_of_text_are_read_as_the_settings_take_them():
-    row = {"drives": "No", "operations": "40", "dominance": "5%", "budget": 0.2, "refit": True, "arm": "x"}
-    read = {"drives": False, "operations": 40, "dominance": 0.05, "budget": "0.2", "refit": True}
+    row = {"drives": "No", "dominance": "5%", "budget": 0.2, "at_set_points": True, "arm": "x"}
+    read = {"drives": False, "dominance": 0.05, "budget": "0.2", "at_set_points": True}
     assert batch_rows.settings_of(row) == read
     picked = {"lock": "a=1,b=90deg", "limits": "all=10", "tip": "hand", "gravity": "0,0,-1.6"}
     read = {"lock": ["a=1", "b=90deg"], "limits": ["all=10"], "tip": "hand", "gravity": "0,0,-1.6"}
     assert batch_rows.picked_of(picked | {"arm": "x"}) == read
-    for key in ("drives", "operations", "dominance"):
+    for key in ("drives", "dominance"):
         with pytest.raises(UsageError, match=key):
             batch_rows.settings_of({key: "perhaps"})
-    assert batch_rows.settings_of({"operations": 80.0}) == {"operations": 80}
-    for count in ("80.9", 80.9, "-1", "1e400", "1e-3", True, "80 rad"):
-        with pytest.raises(UsageError) as caught:
-            batch_rows.settings_of({"operations": count})
-        assert caught.value.details["where"] == "operations"
-        assert caught.value.details["expected"]
     for cell in ("10mm", "5deg"):
         with pytest.raises(UsageError, match="dominance"):
             batch_rows.settings_of({"dominance": cell})

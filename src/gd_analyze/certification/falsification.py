@@ -33,8 +33,6 @@ class _AttackSettings:
     """Random states of a region, and ascents from the worst."""
 
     joining_per_joint: int = 30  # most states added to the fit per joint: those that exceed the budget
-    joining_per_joint_of_programs: int = 150  # most states of a box added per joint for programs
-    near_budget: float = 0.8  # share of the budget from which on states are added for programs
     tube_ascent_steps: int = 3  # steps of an ascent in a small box of a tube
     positions_at_once: int = 4_000  # random positions of a box at a time
     # Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors
@@ -58,7 +56,6 @@ def worst_found(
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint at states drawn from a region, (n,), and the worst states, (3, M, n)."""
     rng, n = np.random.default_rng(seed), len(allowed)
-    joining_share = _SETTINGS.near_budget if model.level.is_program else 1.0
 
     @cache
     def batches(count: int) -> tuple[Batch, Batch]:
@@ -86,7 +83,7 @@ def worst_found(
             reached = _climbed(share_at, i, reached, low, high)
             errors = share_at(reached)
             largest = np.maximum(largest, errors.max(axis=1))
-            worst.append(reached[:, errors[i] > joining_share])
+            worst.append(reached[:, errors[i] > 1.0])
     return largest * allowed, np.concatenate(worst, axis=1)
 
 
@@ -114,12 +111,6 @@ def _climbed(
             break
         states = np.where(better[:, None], trial, states)
     return states
-
-
-def largest_at(model: SimplifiedModel, exact: ExactDynamics, states: FloatArray) -> FloatArray:
-    """Largest error of every joint at states (3, N, n), N m (N), shape (n,)."""
-    inputs = program_inputs(States(*states))
-    return np.asarray(np.abs(model.program.run(inputs) - exact.form.program.run(inputs)).max(axis=1))
 
 
 class BoxErrors:
@@ -177,16 +168,13 @@ def worst_in_box(
     """Largest error of every joint that a search finds in a box, (n,), and states beyond, (3, M, n).
 
     Positions are drawn, and the error ascends from the worst of them; velocities and accelerations are the
-    worst at each. For programs more states are returned, as they have no terms that few states determine.
+    worst at each.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
-    if model.level.is_program:
-        joining_share, joining = _SETTINGS.near_budget, _SETTINGS.joining_per_joint_of_programs
-    else:
-        joining_share, joining = 1.0, _SETTINGS.joining_per_joint
+    joining = _SETTINGS.joining_per_joint
     largest, exceeding = np.zeros(n), [np.empty((3, 0, n))]
     for _ in range(RANDOM_POSITIONS // _SETTINGS.positions_at_once):
-        if joining_share == 1.0 and (largest > 1.0).any():
+        if (largest > 1.0).any():
             break  # the first ones have found enough
         q = rng.uniform(box.lower, box.upper, (_SETTINGS.positions_at_once, n)).T
         for i, values in enumerate(errors.factors(q)):
@@ -195,5 +183,5 @@ def worst_in_box(
             states = errors.worst(np.hstack([highest, top]), i)
             sizes = np.abs(errors.at(states))
             largest = np.maximum(largest, sizes.max(axis=1))
-            exceeding.append(states[:, sizes[i] > joining_share])
+            exceeding.append(states[:, sizes[i] > 1.0])
     return largest * allowed, np.concatenate(exceeding, axis=1)

@@ -31,7 +31,6 @@ class Held(NamedTuple):
     where: str = ""  # name of these states
     near: ExactDynamics | None = None  # exact dynamics at states it was fitted on
     tried_are: str = "states"  # or "positions", each at its worst velocities and accelerations
-    stopped: str = ""  # why its search ended early: "after 20 s", "on request"
 
 
 def proven(model: SimplifiedModel, certificate: Certificate | None) -> SimplifiedModel:

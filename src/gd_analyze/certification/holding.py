@@ -16,7 +16,6 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
 from gd_analyze.certification.falsification import RANDOM_POSITIONS, RANDOM_STATES, worst_found, worst_in_box
 from gd_analyze.certification.held import Held, proven
-from gd_analyze.certification.program_holding import program_held
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
@@ -24,8 +23,8 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel, exactly, no_dearer, with_gamma, with_rewriting
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import search_terms
 from gd_analyze.simplification.torque_program import ROUGH, Effort
 from gd_analyze.threads import one_thread
@@ -71,8 +70,8 @@ def simplify_held(
 
     Along a motion the budget is proven; if the bound stays above it, it holds at 200 000 random states and at
     those reached by an ascent from the worst. In a box a model keeps it at 20 000 random positions with the
-    worst velocities and accelerations of each, and at those reached by an ascent from the worst; a program of
-    level fast, at 400 000 further states, too. Each of several motions has its own budget.
+    worst velocities and accelerations of each, and at those reached by an ascent from the worst. Each of
+    several motions has its own budget.
 
     Parameters
     ----------
@@ -83,7 +82,7 @@ def simplify_held(
     region
         The states.
     options
-        Level, refit and effort; all rounds but the last are shorter than those of `simplify`.
+        Level and effort; all rounds but the last are shorter than those of `simplify`.
     certified
         Return only a proven model, or the exact one.
     effort
@@ -108,22 +107,8 @@ def simplify_held(
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
-    if options.level.is_program:
-        best = program_held(
-            exact,
-            exact.allowed(budget),
-            str(budget),
-            region,
-            options,
-            certified=certified,
-            effort=effort,
-            provenance=provenance or {},
-            progress=progress,
-            stage=stage,
-        )
-    else:
-        rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
-        best = rounds.held(options)
+    rounds = _Rounds(exact, budget, region, certified, effort, dict(provenance or {}), progress, stage)
+    best = rounds.held(options)
     if best.model.saves or not certified:
         return best
     certificate = certify(best.model, region, harmonics=exact.form.harmonics)
@@ -269,7 +254,7 @@ class _Rounds:
         stated_gamma = model.accuracy.gamma
         assert stated_gamma is not None  # stated by every search
         stated = model.stating(replace(model.accuracy, gamma=max(stated_gamma, float(drawn_gammas.max()))))
-        is_usable = model.level.has_symmetric_inertia and stated_gamma < 1.0
+        is_usable = stated_gamma < 1.0
         return trial._replace(model=stated), states[:, drawn_gammas >= 1.0] if is_usable else nothing
 
     def _written(self, trial: Held, allowed: FloatArray, writing: Effort) -> Held:

@@ -94,7 +94,7 @@ def certify_positive_definite(
         If the region has another number of joints, or `effort` is not positive.
     """
     require_model(model)
-    if not model.level.has_symmetric_inertia:
+    if not model.has_terms:
         raise ModelError(
             "only a model of terms has a symmetric D",
             expected="a model of level term or energy",

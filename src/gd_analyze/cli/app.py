@@ -13,7 +13,6 @@ from gd_analyze.cache import cache_folder
 from gd_analyze.cli.arms import arms
 from gd_analyze.cli.batch import batch
 from gd_analyze.cli.compare import compare
-from gd_analyze.cli.control import control
 from gd_analyze.cli.diagnose import diagnose
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.export import export
@@ -180,7 +179,6 @@ VERBS = (
     equations,
     compare,
     certify,
-    control,
     export,
     completion,
 )

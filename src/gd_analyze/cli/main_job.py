@@ -41,7 +41,7 @@ class MainJobContext(click.Context):
 @options.named_budget()
 @options.level()
 @options.verdicts
-@options.simplify
+@options.at_set_points
 @options.drives
 @options.payload
 @options.margin

@@ -29,7 +29,7 @@ _OPTIONS |= {"n_set_points": "--points", "duration": "--duration"}
 
 @click.command(short_help="Show how the columns of a log are read.")
 @robot_given
-@click.argument("log", type=TRAJECTORY, help="CSV, bag, Parquet or YAML file of a robot's motion.")
+@click.argument("log", type=TRAJECTORY, help="CSV, bag or Parquet file of a robot's motion.")
 @log_options_listed
 @reporting
 def columns(robot: GivenRobot, log: str, output: Output) -> None:

@@ -306,9 +306,10 @@ BUDGET = (
 )
 
 
-def budget(words: str = BUDGET, parse: Callable[[str], Any] = parse_budget) -> Callable[[F], F]:
+def budget(words: str = BUDGET) -> Callable[[F], F]:
     """--budget."""
-    return click.option("--budget", type=Parsed("budget", parse), default="1%", metavar="LIST", help=words)
+    kind = Parsed("budget", parse_budget)
+    return click.option("--budget", type=kind, default="1%", metavar="LIST", help=words)
 
 
 def named_budget() -> Callable[[F], F]:
@@ -335,20 +336,8 @@ verdicts = click.option(
     help="With --level element: whose verdicts say which part of an element is kept, those over the states "
     "(own) or [FGL87]'s (text).",
 )
-simplify = together(
-    click.option(
-        "--refit",
-        is_flag=True,
-        help="Refit the kept terms (levels term and energy).",
-    ),
-    number(
-        "--operations",
-        None,
-        "Most multiplications and additions of the model; the budget is scaled to meet it.",
-    ),
-    click.option(
-        "--at-set-points",
-        is_flag=True,
-        help="Keep the budget at the set points, or at the states drawn, only.",
-    ),
+at_set_points = click.option(
+    "--at-set-points",
+    is_flag=True,
+    help="Keep the budget at the set points, or at the states drawn, only.",
 )

@@ -4,50 +4,28 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import BUDGET, command_line, is_default
+from gd_analyze.cli.options import command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.text import SINE_PRICE
-
-if TYPE_CHECKING:
-    from gd_analyze.studies.tracking import TrackingBudget
-
-
-def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
-    """A torque budget, or an allowed tracking error."""
-    from gd_analyze.studies.tracking import TrackingBudget
-
-    return TrackingBudget.parse(text) or options.parse_budget(text)
 
 
 @click.command(short_help="Find a model of few terms within a torque budget.")
 @given_dynamics
-@options.budget(
-    f"{BUDGET} Or, along a trajectory, `tracking 0.1deg` or `tracking 1mm at the end effector`, with the "
-    "loop's bandwidth, `at 20 rad/s`, and `damping 1`.",
-    _budget_or_tracking,
-)
+@options.budget()
 @options.level()
-@options.simplify
+@options.at_set_points
 @click.option(
     "--effort",
     type=options.Amount(most=1000.0),
     default=1.0,
     metavar="FACTOR",
     help="Length of the search, as a multiple of the usual one.",
-)
-@click.option(
-    "--within",
-    type=options.Amount("time"),
-    default=None,
-    metavar="SECONDS",
-    help="Level fast: end the search after so many seconds.",
 )
 @click.option(
     "--sine-price",
@@ -76,12 +54,9 @@ def _budget_or_tracking(text: str) -> gd.types.Budget | TrackingBudget:
 @reporting
 def simplify(
     inputs: Given,
-    budget: gd.types.Budget | TrackingBudget,
+    budget: gd.types.Budget,
     level: str,
-    refit: bool,
-    operations: int | None,
     effort: float,
-    within: float | None,
     sine_price: int,
     certified: bool,
     at_set_points: bool,
@@ -95,28 +70,23 @@ def simplify(
     r"""Simplify an arm's equations of motion to few terms within a torque budget.
 
     The budget holds near the motion, or near each of several, and is proven where the proof succeeds; without
-    a trajectory, within the arm's limits as far as a search finds. With --operations it holds at the set
-    points or states drawn only. docs/simplification.md says more.
+    a trajectory, within the arm's limits as far as a search finds. docs/simplification.md says more.
 
     \b
     Examples:
       gd-analyze simplify puma560
       gd-analyze simplify puma560 pick-and-place --level energy --budget 0.5%
       gd-analyze simplify puma560 pick-and-place large-slew -o model.json
-      gd-analyze simplify puma560 --budget "1% or 10% friction" --operations 80
-      gd-analyze simplify puma560 pick-and-place --budget "tracking 0.1deg"
+      gd-analyze simplify puma560 --budget "1% or 10% friction"
       gd-analyze simplify puma560 --certified -o model.json
-      gd-analyze simplify puma560 pick-and-place --level fast --within 20
     """
-    if within is not None and level != "fast":
-        raise click.UsageError("--within needs --level fast")
-    if certified and (at_set_points or operations is not None):
-        raise click.UsageError("--certified cannot be combined with --at-set-points or --operations")
+    if certified and at_set_points:
+        raise click.UsageError("--certified cannot be combined with --at-set-points")
     if margin is not None and (at_set_points or not inputs.trajectories):
         raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
-    searched = certified or at_set_points or operations is not None or margin is not None
+    searched = certified or at_set_points or margin is not None
     if level == "element" and (searched or not is_default("budget")):
         raise click.UsageError("--level element keeps no budget: omit the options of a search")
     if level != "element" and not is_default("verdicts"):
@@ -125,20 +95,16 @@ def simplify(
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
-        from gd_analyze.simplification.levels import SearchOptions, level_named
+        from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
+        from gd_analyze.simplification.search import SearchOptions
         from gd_analyze.studies.simplifying import search_model
-        from gd_analyze.studies.tracking import TrackingBudget
 
         replaces = out is not None and replaces_model(out)
-        search_options = SearchOptions(
-            level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
-        )
-        if isinstance(budget, TrackingBudget) and operations is not None:
-            raise click.UsageError("--budget tracking cannot be combined with --operations")
+        search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
         start = time.perf_counter()
         exact, motion = inputs.exact()
-        search = search_model(
+        held_model = search_model(
             exact,
             motion,
             None if level == "element" else budget,
@@ -151,11 +117,9 @@ def simplify(
             stage=stage,
             progress=stage.advance,
         )
-        held_model = search.held
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
-        result = result if search.tracked is None else search.tracked.beside(result)
         if out is not None:
             stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)
@@ -199,10 +163,9 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
 )
 @reporting
 def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
-    r"""Simplify at every level, with and without refit, for a tenth to ten times the budget.
+    r"""Simplify at every level of terms, for a tenth to ten times the budget.
 
-    Some minutes for six joints; an arm with too many terms to choose from is simplified at level fast.
-    `simplify --budget` or `simplify --operations` makes the model of a point.
+    Some minutes for six joints. `simplify --budget` makes the model of a point.
 
     \b
     Examples:
@@ -211,10 +174,10 @@ def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Outpu
     """
     with output.working() as stage:
         from gd_analyze.results.term_results import trade_off_result
-        from gd_analyze.simplification.trade_off import BUDGET_FACTORS, kinds_for
+        from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
+        from gd_analyze.simplification.trade_off import BUDGET_FACTORS
 
         exact, _ = inputs.exact()
-        kinds = kinds_for(exact.form)
-        stage("simplifying", len(kinds) * len(BUDGET_FACTORS))
-        points = gd.trade_off(exact, budget, kinds=kinds, thorough=not quick, progress=stage.advance)
-    output.give(trade_off_result(points, kinds, exact, budget))
+        stage("simplifying", len(HARMONIC_LEVELS) * len(BUDGET_FACTORS))
+        points = gd.trade_off(exact, budget, thorough=not quick, progress=stage.advance)
+    output.give(trade_off_result(points, exact, budget))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.causes import doubtful_positions, is_same, is_unexplained
+from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions, is_same, is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
@@ -53,13 +53,12 @@ def answer(diagnosis: Diagnosis) -> str:
         faults_in_words(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group
     ]
     n, problem = diagnosis.arm.n_joints, diagnosis.problem
-    most = problem.settings.most_residual_share
     doubtful = doubtful_positions(diagnosis.corrected)
-    if doubtful and is_unexplained(diagnosis.after, problem.settings):
+    if doubtful and is_unexplained(diagnosis.after):
         joints = named_joints([i + 1 for i in doubtful], n)
         unit = "say their unit first, such as --degrees"
         texts.insert(0, f"The positions at {joints} are beyond what such joints reach: {unit}.")
-    poor = [i for i in problem.moving if diagnosis.after.residuals[i] > most]
+    poor = [i for i in problem.moving if diagnosis.after.residuals[i] > MOST_RESIDUAL_SHARE]
     if diagnosis.causes:
         if poor:
             texts.append(f"Several things may be wrong: {_of_poor(diagnosis, poor)}.")
@@ -110,7 +109,7 @@ def _of_causes(diagnosis: Diagnosis) -> str:
 
 
 def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
-    is_one = is_same(rival, diagnosis.causes[0], diagnosis.problem.settings)
+    is_one = is_same(rival, diagnosis.causes[0])
     degree = "The same in this log" if is_one else "Nearly as good"
     return f"{degree}: {_begun(rival.what)} ({rival.remedy})."
 

@@ -11,8 +11,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gd_analyze.diagnosis.fit import FileFit
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
+from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
+from gd_analyze.diagnosis.hypothesis import (
+    CLEAR_REMAINDER_RATIO,
+    KNOWN_ADVANTAGE,
+    MOST_REMAINDER,
+    Candidate,
+    Hypothesis,
+    Problem,
+)
 from gd_analyze.diagnosis.of_positions import (
     Coupling,
     Direction,
@@ -40,7 +47,6 @@ from gd_analyze.diagnosis.of_torques import (
     TorqueScale,
     TorqueSign,
 )
-from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.motions.limits import doubtful_joints
 
 # Every kind of cause; a new one is one more entry. Of causes that no log tells apart, the first here is the
@@ -75,6 +81,22 @@ UNNOTICED: tuple[Hypothesis, ...] = (Lag(), Drift())
 # Kinds of cause that concern the unit of positions.
 _OF_UNITS = (PositionUnit.name, MotorSide.name)
 
+# Thresholds were chosen in trials with synthetic and real logs; see analysis/diagnosis_trial.md.
+# Fall of the score that makes a cause, and share of what then remains unexplained that it falls by beside:
+# where a model misses much anyway, wrong causes help by chance.
+CLEAR_FALL, CLEAR_FALL_SHARE = 30.0, 0.05
+# A second cause as good to within this is told, too.
+_ALIKE_FALL = 10.0
+# Causes of scores and residuals as near as this are one and the same. The score is minus twice the logarithm
+# of a likelihood: no log decides a difference of 2, and searches end nearer than that.
+_EQUAL_SCORE, _EQUAL_REMAINDER = 2.0, 0.05
+# Most other causes that are told beside one.
+_MOST_RIVALS = 2
+# Residual, as a share of the torque, beyond which another cause is looked for.
+MOST_RESIDUAL_SHARE = 0.15
+# Causes by score, and by remainder, that pairs begin with.
+_FIRST_CAUSES = 2
+
 # When options are applied to a log; those of the arm come last.
 _ORDER = (
     ("--map", "--degrees", "--time-unit", "--rate"), ("--torque-constant",), ("--couple",),
@@ -90,7 +112,7 @@ def ranked(problem: Problem) -> list[Candidate]:
     claimable = [candidate for candidate in candidates if is_claimable(candidate, problem)]
     candidates.sort(key=lambda candidate: -candidate.fall)
     if claimable:
-        best = _best_of(claimable, problem.settings)
+        best = _best_of(claimable)
         candidates.remove(best)
         candidates.insert(0, best)
     return candidates
@@ -105,37 +127,35 @@ def _judged(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Candidat
     return [candidate for hypothesis in hypotheses for candidate in hypothesis.judged(problem)]
 
 
-def _best_of(claimable: Sequence[Candidate], settings: DiagnosisSettings) -> Candidate:
+def _best_of(claimable: Sequence[Candidate]) -> Candidate:
     """The best cause: of those about as good, one that is evident, else one of fewest numbers.
 
     Of those equal, it is the first of `HYPOTHESES`: their order is that of `claimable`.
     """
     fall = max(cause.fall for cause in claimable)
-    alike = [cause for cause in claimable if cause.fall > fall - settings.known_advantage]
+    alike = [cause for cause in claimable if cause.fall > fall - KNOWN_ADVANTAGE]
     alike = [cause for cause in alike if cause.evident] or alike
     fewest = min(cause.numbers for cause in alike)
     simplest = [cause for cause in alike if cause.numbers == fewest]
     score = min(cause.score for cause in simplest)
-    return next(cause for cause in simplest if cause.score <= score + settings.equal_score)
+    return next(cause for cause in simplest if cause.score <= score + _EQUAL_SCORE)
 
 
 def is_claimable(cause: Candidate, problem: Problem) -> bool:
     """Whether score and remainder fall by enough to claim a cause, beside those that are corrected."""
-    settings, before, after = problem.settings, problem.null, cause.fit
+    before, after = problem.null, cause.fit
     assert after is not None  # judged
     # Where positions are doubtful their unit comes first, unless a cause shows that they are right.
-    if cause.name not in _OF_UNITS and is_unexplained(after, settings) and doubtful_positions(problem):
+    if cause.name not in _OF_UNITS and is_unexplained(after) and doubtful_positions(problem):
         return False
     # A joint that is compared no longer rests then.
     if np.isnan(after.residuals[problem.moving]).any():
         return False
     # Under an absurd cause the links' torques vanish, and friction remains.
-    if cause.score > problem.friction_score - settings.clear_fall:
+    if cause.score > problem.friction_score - CLEAR_FALL:
         return False
-    is_clear = cause.fall > settings.clear_fall + settings.clear_fall_share * after.unexplained
-    return is_clear and after.remains <= min(
-        settings.clear_remainder_ratio * before.remains, settings.most_remainder
-    )
+    is_clear = cause.fall > CLEAR_FALL + CLEAR_FALL_SHARE * after.unexplained
+    return is_clear and after.remains <= min(CLEAR_REMAINDER_RATIO * before.remains, MOST_REMAINDER)
 
 
 def doubtful_positions(problem: Problem) -> list[int]:
@@ -144,30 +164,28 @@ def doubtful_positions(problem: Problem) -> list[int]:
     return doubtful_joints(problem.arm, q.min(axis=0), q.max(axis=0)) if len(q) else []
 
 
-def is_unexplained(fit: FileFit, settings: DiagnosisSettings) -> bool:
+def is_unexplained(fit: FileFit) -> bool:
     """Whether more is to be explained than a file is usually off by."""
     largest_residual = float(np.nanmax(fit.residuals, initial=0.0))
-    return fit.changed > settings.most_changes or largest_residual > settings.most_residual_share
+    return fit.changed > MOST_CHANGES or largest_residual > MOST_RESIDUAL_SHARE
 
 
 def claimed(problem: Problem, ranking: Sequence[Candidate]) -> list[Candidate]:
     """The cause, or the pair of causes, of a ranking that is claimed; none if none is."""
     single = [cause for cause in ranking[:1] if is_claimable(cause, problem)]
-    if single and single[0].fit is not None and not is_unexplained(single[0].fit, problem.settings):
+    if single and single[0].fit is not None and not is_unexplained(single[0].fit):
         return single
     return _pair(problem, ranking, single) or single
 
 
 def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candidate]) -> list[Candidate]:
     """The best pair that begins with one of the best few, if it explains clearly more than one cause."""
-    settings = problem.settings
     # Links as free as another arm's explain some of whatever is wrong.
-    hopeful = [cause for cause in ranking if cause.fall > settings.clear_fall and _is_of_file(cause)]
-    count = settings.first_causes
-    firsts = dict.fromkeys((*hopeful[:count], *sorted(hopeful, key=_remains)[:count]))
+    hopeful = [cause for cause in ranking if cause.fall > CLEAR_FALL and _is_of_file(cause)]
+    firsts = dict.fromkeys((*hopeful[:_FIRST_CAUSES], *sorted(hopeful, key=_remains)[:_FIRST_CAUSES]))
     best: list[Candidate] = []
     for first in firsts:
-        corrected = Problem(problem.samples, first.correction, settings)
+        corrected = Problem(problem.samples, first.correction)
         seconds = [
             cause for cause in ranked(corrected) if is_claimable(cause, corrected) and _is_of_file(cause)
         ]
@@ -176,17 +194,17 @@ def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candi
             alone = [*single, *(cause for cause in ranking if cause.name == second.name)]
             if not _fit_together(problem, first, second) or not _better(pair, alone, problem):
                 continue
-            if not best or _fall(pair) > _fall(best) + settings.equal_score:
+            if not best or _fall(pair) > _fall(best) + _EQUAL_SCORE:
                 best = pair
     return best
 
 
 def _better(pair: Sequence[Candidate], alone: Sequence[Candidate], problem: Problem) -> bool:
     """Whether a pair explains clearly more than nothing does, and than either of its causes alone."""
-    settings, remains = problem.settings, _remains(pair[1])
+    remains = _remains(pair[1])
     most = min([problem.null.remains, *(_remains(cause) for cause in alone)])
     fall = max([0.0, *(cause.fall for cause in alone)])
-    return remains <= settings.clear_remainder_ratio * most and _fall(pair) > fall + settings.clear_fall
+    return remains <= CLEAR_REMAINDER_RATIO * most and _fall(pair) > fall + CLEAR_FALL
 
 
 def _fall(causes: Sequence[Candidate]) -> float:
@@ -229,22 +247,19 @@ def _place(option: str) -> int:
 
 def rivals_of(cause: Candidate, ranking: Sequence[Candidate], problem: Problem) -> tuple[Candidate, ...]:
     """Causes that the log does not tell from the one claimed, in a fixed order, and others nearly as good."""
-    settings = problem.settings
     names = [hypothesis.name for hypothesis in HYPOTHESES]
     others = [other for other in ranking if other is not cause and is_claimable(other, problem)]
-    same = [other for other in others if is_same(other, cause, settings)]
+    same = [other for other in others if is_same(other, cause)]
     same.sort(key=lambda other: names.index(other.name))
-    nearly = [
-        other for other in others if other not in same and other.fall > cause.fall - settings.alike_fall
-    ]
+    nearly = [other for other in others if other not in same and other.fall > cause.fall - _ALIKE_FALL]
     by_name = {other.name: other for other in reversed([*same, *nearly]) if other.name != cause.name}
-    return tuple(reversed(by_name.values()))[: settings.most_rivals]
+    return tuple(reversed(by_name.values()))[:_MOST_RIVALS]
 
 
-def is_same(one: Candidate, other: Candidate, settings: DiagnosisSettings) -> bool:
+def is_same(one: Candidate, other: Candidate) -> bool:
     """Whether two causes have one consequence: the same score and the same remainder of every joint."""
     assert one.fit is not None  # judged
     assert other.fit is not None  # judged
-    return abs(one.score - other.score) <= settings.equal_score and np.allclose(
-        one.fit.residuals, other.fit.residuals, rtol=settings.equal_remainder, equal_nan=True
+    return abs(one.score - other.score) <= _EQUAL_SCORE and np.allclose(
+        one.fit.residuals, other.fit.residuals, rtol=_EQUAL_REMAINDER, equal_nan=True
     )

@@ -10,13 +10,12 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array
-from gd_analyze.diagnosis.causes import claimed, has_unnoticed, is_unexplained, ranked, rivals_of
+from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, has_unnoticed, is_unexplained, ranked, rivals_of
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
-from gd_analyze.diagnosis.fit import FileFit
+from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS, DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
@@ -89,7 +88,7 @@ class Diagnosis:
     @property
     def is_far_off(self) -> bool:
         """Whether links must be off by more than a file's usually are, with the causes, too."""
-        return self.after.changed > self.problem.settings.most_changes
+        return self.after.changed > MOST_CHANGES
 
 
 @strict
@@ -99,7 +98,6 @@ def diagnose(
     logs: GivenMotions,
     *,
     thorough: bool = True,
-    settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
 
@@ -115,8 +113,6 @@ def diagnose(
         Recordings with torques; or paths of files.
     thorough
         Try every cause, even where file and friction leave nothing to explain.
-    settings
-        Weights and thresholds.
 
     Returns
     -------
@@ -137,7 +133,7 @@ def diagnose(
     'unit of positions'
     """
     arm = arm_with_masses(arm)
-    return diagnosed(arm, motions_of(logs, arm), thorough=thorough, settings=settings)
+    return diagnosed(arm, motions_of(logs, arm), thorough=thorough)
 
 
 def diagnosed(
@@ -145,7 +141,6 @@ def diagnosed(
     motions: Sequence[Trajectory],
     *,
     thorough: bool = True,
-    settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
     """Diagnose motions as they are, several in one recording, too; see `diagnose`."""
     for motion in motions:
@@ -154,7 +149,7 @@ def diagnosed(
     checked = [without_faults(arm, motion) for motion in motions]
     faults, motions = [fault for found, _ in checked for fault in found], [motion for _, motion in checked]
     usable = [_settled(motion)[:, None] for motion in motions]
-    problem = Problem(samples_of(arm, motions, usable, settings), Correction.none(arm.n_joints), settings)
+    problem = Problem(samples_of(arm, motions, usable), Correction.none(arm.n_joints))
     if not problem.samples.counts.any():
         if not any(fault.name != VELOCITIES for fault in faults):
             raise UsageError(
@@ -167,11 +162,11 @@ def diagnosed(
         names = tuple(motion.name for motion in motions)
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     # Torques that neither the file nor friction explains tell that something is wrong.
-    tells = problem.friction_score > settings.clear_fall
-    is_doubtful = not tells or is_unexplained(problem.null, settings)
+    tells = problem.friction_score > CLEAR_FALL
+    is_doubtful = not tells or is_unexplained(problem.null)
     ranking = ranked(problem) if thorough or is_doubtful or has_unnoticed(problem) else []
     causes = claimed(problem, ranking)
-    corrected = Problem(problem.samples, causes[-1].correction, settings) if causes else problem
+    corrected = Problem(problem.samples, causes[-1].correction) if causes else problem
     return Diagnosis(
         arm=arm,
         logs=tuple(motion.name for motion in motions),

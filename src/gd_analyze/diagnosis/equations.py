@@ -15,7 +15,6 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.samples import Samples
-from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import of_point_mass
@@ -23,6 +22,11 @@ from gd_analyze.robots.parts import of_point_mass
 # Numbers of a joint itself: drive inertia, Coulomb and viscous friction, offset. All but the last are not
 # negative.
 NUMBERS_OF_JOINT = 4
+
+# What a file's links are off by, one standard deviation: shares of a link's mass, of each coordinate of its
+# centre of mass (and metres on top of that), and of each moment of inertia.
+MASS_ERROR, COM_ERROR, INERTIA_ERROR = 0.15, 0.15, 0.20
+COM_ERROR_M = 0.008
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,10 +91,10 @@ class TorqueSums:
 
 
 @lru_cache(maxsize=16)
-def errors_that_act(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
+def errors_that_act(arm: RobotArm) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
     n, count, rng = arm.n_joints, _SETTINGS.drawn_states, np.random.default_rng(0)
-    errors, parts = file_errors(arm, settings), []
+    errors, parts = file_errors(arm), []
     size = float(np.linalg.norm(arm.gravity)) or 1.0
     for axis in np.eye(3):  # the arm may be mounted in any way
         q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, count)), *rng.normal(0.0, 2.0, (2, n, count))
@@ -103,7 +107,7 @@ def errors_that_act(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     return np.einsum("spk,ask->spa", errors, act.reshape(-1, n, errors.shape[2]))
 
 
-def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
+def file_errors(arm: RobotArm) -> FloatArray:
     """Errors of a link's numbers by the standard deviation of each independent cause, (n, 10, 10).
 
     The causes are its mass, three coordinates of its centre of mass and six inertias about it.
@@ -112,10 +116,10 @@ def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
     for i, link in enumerate(arm.links):
         mass, com = link.mass, link.com
         zeros = np.zeros((3, 3))
-        out[i, :, 0] = settings.mass_error * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
+        out[i, :, 0] = MASS_ERROR * inertial_parameters(mass, mass * com, of_point_mass(mass, com))
         for axis in range(3):
             moved = np.zeros(3)
-            moved[axis] = settings.com_error * abs(com[axis]) + settings.com_error_m
+            moved[axis] = COM_ERROR * abs(com[axis]) + COM_ERROR_M
             # Of (com + moved) less that of com, to first order.
             products = np.outer(com, moved) + np.outer(moved, com)
             steiner = mass * (np.trace(products) * np.eye(3) - products)
@@ -124,7 +128,7 @@ def file_errors(arm: RobotArm, settings: DiagnosisSettings) -> FloatArray:
         moments = np.maximum(np.diag(link.inertia_com), least)
         for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             tensor = zeros.copy()
-            tensor[a, b] = tensor[b, a] = settings.inertia_error * np.sqrt(moments[a] * moments[b])
+            tensor[a, b] = tensor[b, a] = INERTIA_ERROR * np.sqrt(moments[a] * moments[b])
             out[i, :, 4 + k] = inertial_parameters(0.0, np.zeros(3), tensor)
     return out
 
@@ -134,14 +138,12 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def corrected_columns(
-    samples: Samples, correction: Correction, settings: DiagnosisSettings
-) -> tuple[FloatArray, Array, int]:
+def corrected_columns(samples: Samples, correction: Correction) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, _ = correction.states(samples)
     per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
-    act = errors_that_act(arm, settings)
+    act = errors_that_act(arm)
     # The file's torque is one more column.
     file_numbers = parameters_of(arm)
     if correction.taken_off is not None:
@@ -160,9 +162,9 @@ def corrected_columns(
     return columns, correction.counts(samples, direction), shared
 
 
-def equations_of(samples: Samples, correction: Correction, settings: DiagnosisSettings) -> TorqueSums:
+def equations_of(samples: Samples, correction: Correction) -> TorqueSums:
     """Equations of the corrected samples."""
-    columns, counts, shared = corrected_columns(samples, correction, settings)
+    columns, counts, shared = corrected_columns(samples, correction)
     sums = []
     for is_chosen in (~samples.scored, samples.scored):
         weighted = columns[:, is_chosen] * counts[is_chosen].T[:, :, None]

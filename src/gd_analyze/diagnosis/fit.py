@@ -14,7 +14,16 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, TorqueSums
-from gd_analyze.diagnosis.settings import DiagnosisSettings
+
+# Weight of a joint's log of its mean squared residual: half its independent samples, this at most.
+_MOST_WEIGHT = 50.0
+# Samples of a short log for each unit of weight.
+_SAMPLES_PER_WEIGHT = 4.0
+# Share of a joint's torque below which a residual is worth no more.
+_LEAST_RESIDUAL_SHARE = 0.015
+# Changes of the links, squared in standard deviations, beyond which another cause is looked for; logs with no
+# fault stay below.
+MOST_CHANGES = 40.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,17 +68,18 @@ class FileFit:
         return float(np.sqrt(np.mean(residuals**2))) if len(residuals) else np.nan
 
 
-def fitted(
-    equations: TorqueSums, torque: FloatArray, settings: DiagnosisSettings, freedom: float = 1.0
-) -> FileFit:
-    """Fit to torques that a matrix makes of those logged, (n, n); links may be `freedom` times as far off."""
+def fitted(equations: TorqueSums, torque: FloatArray, fewest_samples: int, freedom: float = 1.0) -> FileFit:
+    """Fit to torques that a matrix makes of those logged, (n, n); links may be `freedom` times as far off.
+
+    A joint of fewer samples, fitted or scored, says nothing.
+    """
     n, end = equations.n_joints, equations.shared + NUMBERS_OF_JOINT
-    used = equations.counts.min(axis=0) >= settings.fewest_samples
+    used = equations.counts.min(axis=0) >= fewest_samples
     torque_squares = np.einsum("id,ide,ie->i", torque, equations.total[:, end + 1 :, end + 1 :], torque)
     counts = equations.counts.sum(axis=0)
     size = torque_squares / np.maximum(counts, 1.0)
-    least = settings.least_residual_share**2 * size + np.finfo(float).tiny
-    weight = np.minimum(settings.most_weight, counts / settings.samples_per_weight) * used
+    least = _LEAST_RESIDUAL_SHARE**2 * size + np.finfo(float).tiny
+    weight = np.minimum(_MOST_WEIGHT, counts / _SAMPLES_PER_WEIGHT) * used
     # The target is corrected torques less the file's.
     targets = np.concatenate([-np.ones((n, 1)), torque], axis=1)
     fit = _Fit(equations, targets, size, least, weight)
@@ -86,8 +96,8 @@ def fitted(
         score += 2.0 * np.log(freedom) * float((determined / (1.0 + determined)).sum())
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
     off, free = _off(equations, changes, used), changes
-    if changed > settings.most_changes:
-        changes, joint_numbers, mean, _ = fit.solved(freedom**-2, settings.most_changes * freedom**2)
+    if changed > MOST_CHANGES:
+        changes, joint_numbers, mean, _ = fit.solved(freedom**-2, MOST_CHANGES * freedom**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
     return FileFit(score, unexplained, changed, off, free, residuals, changes, joint_numbers)

@@ -14,14 +14,24 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, TorqueSums, corrected_columns, equations_of
 from gd_analyze.diagnosis.fit import FileFit, fitted
-from gd_analyze.diagnosis.samples import Samples
-from gd_analyze.diagnosis.settings import DiagnosisSettings
+from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, Samples
 from gd_analyze.robots.arm import RobotArm
 
 # Factor on torques beside which those of links vanish.
 _WEIGHTLESS_FACTOR = 1e4
 # Equations kept at a time.
 _MOST_EQUATIONS_IN_MEMORY = 12
+# Samples in a search for a number, and the fall of the score in it that is worth a closer look.
+_SAMPLES_OF_SEARCH, _WORTHWHILE_FALL = 100, 3.0
+# Cost of a fitted number, and of the logarithm of the number of alternatives.
+COST_PER_NUMBER, _COST_PER_ALTERNATIVE = 3.9, 2.0
+# A known value wins over a fitted one within this.
+KNOWN_ADVANTAGE = 25.0
+# Share of the torque that a cause leaves at most: half of it is explained.
+MOST_REMAINDER = 0.5
+# What remains with a cause, over what remains without: of 251 true causes two leave more, and a residual of a
+# hundred independent samples is known to a twelfth.
+CLEAR_REMAINDER_RATIO = 0.8
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +40,7 @@ class Problem:
 
     samples: Samples
     correction: Correction
-    settings: DiagnosisSettings
+    fewest_samples: int = FEWEST_SAMPLES  # of a joint that says anything, fitted and scored alike
     equations: OrderedDict[tuple[object, ...], TorqueSums] = field(default_factory=OrderedDict)
 
     @property
@@ -52,7 +62,7 @@ class Problem:
     def friction_score(self) -> float:
         """Score of an arm that weighs next to nothing: friction alone; infinite if most is unexplained."""
         light = self.correction.with_torque(_WEIGHTLESS_FACTOR * np.eye(self.n))
-        explains = self.fit(light).remains <= self.settings.most_remainder
+        explains = self.fit(light).remains <= MOST_REMAINDER
         return self.score(light) if explains else np.inf
 
     @cached_property
@@ -66,29 +76,27 @@ class Problem:
     def rough(self) -> Problem:
         """The same with fewer samples, for a search."""
         count = len(self.samples)
-        step = max(count // self.settings.samples_of_search, 1)
+        step = max(count // _SAMPLES_OF_SEARCH, 1)
         if step == 1:
             return self
         chosen = np.zeros(count, dtype=bool)
         chosen[step // 2 :: step] = True
-        fewest = max(self.settings.fewest_samples // step, 4)
-        return Problem(
-            self.samples.at(chosen), self.correction.at(chosen), replace(self.settings, fewest_samples=fewest)
-        )
+        fewest = max(self.fewest_samples // step, 4)
+        return Problem(self.samples.at(chosen), self.correction.at(chosen), fewest)
 
     def fit(self, correction: Correction) -> FileFit:
         """Fit file and friction to corrected logs."""
         key = correction.key
         if key not in self.equations:
-            self.equations[key] = equations_of(self.samples, correction, self.settings)
+            self.equations[key] = equations_of(self.samples, correction)
             while len(self.equations) > _MOST_EQUATIONS_IN_MEMORY:
                 self.equations.popitem(last=False)
         self.equations.move_to_end(key)
-        return fitted(self.equations[key], correction.torque, self.settings, correction.freedom)
+        return fitted(self.equations[key], correction.torque, self.fewest_samples, correction.freedom)
 
     def torques(self) -> tuple[FloatArray, FloatArray]:
         """Corrected torques and what the null hypothesis makes of them, (N, n) each; nan where none."""
-        columns, counts, shared = corrected_columns(self.samples, self.correction, self.settings)
+        columns, counts, shared = corrected_columns(self.samples, self.correction)
         fit, end = self.null, shared + NUMBERS_OF_JOINT
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
         model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)
@@ -119,13 +127,13 @@ class Problem:
 
     def helps(self, score: float) -> bool:
         """Whether a score by few samples makes a closer look worth while."""
-        return score < -self.settings.worthwhile_fall
+        return score < -_WORTHWHILE_FALL
 
     @cached_property
     def _thinned(self) -> Array:
         chosen = np.ones(len(self.samples), dtype=bool)
         if self.rough is not self:
-            step = max(len(chosen) // self.settings.samples_of_search, 1)
+            step = max(len(chosen) // _SAMPLES_OF_SEARCH, 1)
             chosen[:] = False
             chosen[step // 2 :: step] = True
         return chosen
@@ -181,10 +189,10 @@ class Hypothesis(ABC):
 
     def judged(self, problem: Problem) -> list[Candidate]:
         """Candidates with fit and fall of the score."""
-        settings, out = problem.settings, []
+        out = []
         for candidate in self.candidates(problem):
-            cost = settings.cost_per_number * candidate.numbers
-            cost += settings.cost_per_alternative * np.log(candidate.alternatives) + candidate.rare
+            cost = COST_PER_NUMBER * candidate.numbers
+            cost += _COST_PER_ALTERNATIVE * np.log(candidate.alternatives) + candidate.rare
             score = problem.score(candidate.correction)
             fit = problem.fit(candidate.correction)
             out.append(replace(candidate, fit=fit, score=score, fall=float(-score - cost)))

@@ -10,7 +10,15 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, inverse, signs, swapped
+from gd_analyze.diagnosis.hypothesis import (
+    KNOWN_ADVANTAGE,
+    Candidate,
+    Hypothesis,
+    Problem,
+    inverse,
+    signs,
+    swapped,
+)
 from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, map_of_positions, scaled_positions
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.velocities import velocity_factors
@@ -124,7 +132,7 @@ class Zero(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
-        correction, settings = problem.correction, problem.settings
+        correction = problem.correction
         joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
         ends = np.arange(1.0, round(2.0 * np.pi / self._STEP_OF_TURN))
         grid = self._STEP_OF_TURN * np.concatenate([[-1.0], _FIRST_STEPS, ends, [ends[-1] + 1.0]])
@@ -148,7 +156,7 @@ class Zero(Hypothesis):
             right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
             right_angled = correction.with_offset(i, float(right))
             is_known = right % (2.0 * np.pi) > 0.1 and problem.score(right_angled) < (
-                problem.score(correction.with_offset(i, angle)) + settings.known_advantage
+                problem.score(correction.with_offset(i, angle)) + KNOWN_ADVANTAGE
             )
             angle = float(right) if is_known else angle
             angle -= 2.0 * np.pi * np.ceil(angle / (2.0 * np.pi) - 0.5)  # at most half a turn
@@ -307,7 +315,7 @@ class TimeUnit(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one."""
-        correction, settings = problem.correction, problem.settings
+        correction = problem.correction
         if not np.isfinite(correction.pace):
             return
         factor = self._of_velocities(problem)
@@ -331,14 +339,14 @@ class TimeUnit(Hypothesis):
             )
         )
         is_known = pace in self._KNOWN_PACES and problem.score(corrections[k]) < (
-            problem.score(replace(correction, pace=correction.pace * free)) + settings.known_advantage
+            problem.score(replace(correction, pace=correction.pace * free)) + KNOWN_ADVANTAGE
         )
         pace = pace if is_known else free
         # At rest there is no unit of time: the motion must show at the pace that is claimed.
         resting, moving = (
             problem.score(replace(correction, pace=x * correction.pace)) for x in (np.inf, pace)
         )
-        if 0.8 < pace < 1.25 or moving > resting - settings.known_advantage:
+        if 0.8 < pace < 1.25 or moving > resting - KNOWN_ADVANTAGE:
             return
         yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN_PACES) if is_known else 1)
 

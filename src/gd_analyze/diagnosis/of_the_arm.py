@@ -11,7 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.correction import Added, Correction
 from gd_analyze.diagnosis.equations import with_gravity
 from gd_analyze.diagnosis.fit import FileFit
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem
+from gd_analyze.diagnosis.hypothesis import COST_PER_NUMBER, KNOWN_ADVANTAGE, Candidate, Hypothesis, Problem
 from gd_analyze.diagnosis.remedies import vector
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, regressor
 from gd_analyze.robots.parts import Link, of_point_mass
@@ -77,7 +77,7 @@ class Gravity(Hypothesis):
         )
         sentence, g = directions[k]
         leaning, score = self._leaning(problem, [down, g / size][: 1 + problem.helps(scores[k])], size)
-        if problem.score(corrections[k]) < score + problem.settings.known_advantage:
+        if problem.score(corrections[k]) < score + KNOWN_ADVANTAGE:
             yield Candidate(
                 self.name,
                 sentence,
@@ -172,7 +172,7 @@ class AnotherArm(Hypothesis):
             "take the file of this robot",
             replace(problem.correction, freedom=self._FREEDOM),
             numbers=self._NUMBERS,
-            rare=-self._NUMBERS * problem.settings.cost_per_number,  # the score has the cost of what is free
+            rare=-self._NUMBERS * COST_PER_NUMBER,  # the score has the cost of what is free
             unsure="the links alone are that far off",
         )
 

@@ -11,7 +11,16 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
-from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, signs, swapped
+from gd_analyze.diagnosis.hypothesis import (
+    CLEAR_REMAINDER_RATIO,
+    COST_PER_NUMBER,
+    KNOWN_ADVANTAGE,
+    Candidate,
+    Hypothesis,
+    Problem,
+    signs,
+    swapped,
+)
 from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, scaled_positions, seconds
 from gd_analyze.text import number, percent, to_digits_of, with_error
 
@@ -37,6 +46,8 @@ _CURRENTS_FACTOR = 4.0
 _NEAR_FACTOR = 1.5
 # Least deviation from 1 of a factor that is more than constants are known to.
 _NOTICED_FACTOR = 1.25
+# Standard deviation of the logarithms of joints' torque constants about their common mean.
+_CONSTANTS_DEVIATION = 0.5
 
 
 class TorqueSign(Hypothesis):
@@ -100,13 +111,12 @@ class TorqueScale(Hypothesis):
         # Masses that a file is off by move the factor by no more than this.
         near = [factor for factor in FACTORS if 1.0 / _NEAR_FACTOR < factor / free < _NEAR_FACTOR]
         unit = min(near, key=lambda factor: scores[factor], default=free)
-        cost = problem.settings.cost_per_number
-        is_known = bool(near) and scores[unit] < score(np.log(free)) + problem.settings.known_advantage - cost
+        is_known = bool(near) and scores[unit] < score(np.log(free)) + KNOWN_ADVANTAGE - COST_PER_NUMBER
         units = [unit] if is_known else []
         # Under another fault the best of scores may be absurd.
         remains = {factor: problem.fit(scaled(factor)).remains for factor in (*FACTORS, free)}
         explains = min(FACTORS, key=lambda factor: remains[factor])
-        if remains[explains] < problem.settings.clear_remainder_ratio * remains[unit if is_known else free]:
+        if remains[explains] < CLEAR_REMAINDER_RATIO * remains[unit if is_known else free]:
             units.append(explains)
         for factor in units:
             name = FACTORS[factor]
@@ -198,7 +208,7 @@ class JointScale(Hypothesis):
         def deviation(factors: FloatArray) -> float:
             # Joints of which a log tells little have a factor like the others'.
             logarithms = np.log(factors[moving])
-            deviations = (logarithms - np.median(logarithms)) / problem.settings.constants_deviation
+            deviations = (logarithms - np.median(logarithms)) / _CONSTANTS_DEVIATION
             return float(np.square(deviations).sum())
 
         logarithms = np.zeros(problem.n)

@@ -8,10 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.diagnosis.settings import DiagnosisSettings
 from gd_analyze.dynamics.measured_torque import direction
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+
+_SAMPLES_OF_LOGS = 400  # samples taken of all logs together
+_STRETCHES = 10  # stretches of a log, fitted and scored in turn
+# A joint that travels less than both, an angle (or this share of the reach) and this share of the widest
+# travel of its kind, rests: controllers hold a joint within a degree while others move.
+_TREMBLING_ANGLE, _TREMBLING_SHARE = 0.02, 0.02
+# Least samples of a joint that moves, fitted and scored alike.
+FEWEST_SAMPLES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +74,11 @@ def filtered_torque(log: Trajectory) -> FloatArray:
     return torque
 
 
-def samples_of(
-    arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array], settings: DiagnosisSettings
-) -> Samples:
+def samples_of(arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array]) -> Samples:
     """Take samples where joints move; `usable` tells, by log, which readings of torque are, (N, n)."""
     n = arm.n_joints
     fastest = np.max([np.abs(log.qd).max(axis=0) for log in logs], axis=0)
-    moves_at_all = _moving_joints(arm, logs, settings)
+    moves_at_all = _moving_joints(arm, logs)
     moving = []
     for log, good in zip(logs, usable, strict=True):
         ways = np.column_stack([direction(log, i, float(fastest[i])) for i in range(n)])
@@ -83,8 +88,8 @@ def samples_of(
     slowest = np.full(n, np.inf)
     for k, (log, moves) in enumerate(zip(logs, moving, strict=True)):
         rows = np.flatnonzero(moves.any(axis=1))
-        rows = rows[evenly(len(rows), max(round(settings.samples_of_logs * len(rows) / max(total, 1)), 1))]
-        place = np.arange(len(rows)) * settings.stretches // max(len(rows), 1)
+        rows = rows[evenly(len(rows), max(round(_SAMPLES_OF_LOGS * len(rows) / max(total, 1)), 1))]
+        place = np.arange(len(rows)) * _STRETCHES // max(len(rows), 1)
         torque = filtered_torque(log)[rows]
         values = {
             "log": np.full(len(rows), k),
@@ -105,17 +110,17 @@ def samples_of(
     samples = Samples(arm, tuple(logs), slowest=slowest, **joined)
     enough = [
         min((samples.counts[samples.scored == is_scored]).sum(axis=0)[i] for is_scored in (False, True))
-        >= settings.fewest_samples
+        >= FEWEST_SAMPLES
         for i in range(n)
     ]
     samples.counts[:, ~np.array(enough)] = False
     return samples
 
 
-def _moving_joints(arm: RobotArm, logs: Sequence[Trajectory], settings: DiagnosisSettings) -> Array:
+def _moving_joints(arm: RobotArm, logs: Sequence[Trajectory]) -> Array:
     """Joints that do not merely tremble while others move, (n,)."""
     travels = np.max([np.ptp(log.q, axis=0) for log in logs], axis=0)
     turns = np.array(arm.is_revolute)
-    small = np.where(turns, settings.trembling_angle, settings.trembling_share * (arm.reach or 1.0))
+    small = np.where(turns, _TREMBLING_ANGLE, _TREMBLING_SHARE * (arm.reach or 1.0))
     widest = np.array([travels[turns == kind].max() for kind in turns.tolist()])
-    return (travels > small) | (travels > settings.trembling_share * widest)
+    return (travels > small) | (travels > _TREMBLING_SHARE * widest)

@@ -17,7 +17,6 @@ from gd_analyze.dynamics import (
     newton_euler_base,
     newton_euler_link,
     newton_euler_regrouped,
-    recursive_lagrangian,
 )
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.robots.arm import RobotArm
@@ -131,10 +130,6 @@ METHODS: dict[str, Method] = {
         _closed_form(
             "lagrange_euler", "Lagrange-Euler", "L-E", "[FGL87] section 3.2",
             "4x4 homogeneous matrices", "n^4", _lagrange_euler_dynamics,
-        ),
-        _recursion(
-            "recursive_lagrangian", "Recursive Lagrangian", "recursive L.", "Hollerbach 1980",
-            "3x3 rotation matrices, position vectors", recursive_lagrangian.torque,
         ),
         _recursion(
             "newton_euler_base", "Newton-Euler in the base frame", "N-E base", "[FGL87] Table 3.2",

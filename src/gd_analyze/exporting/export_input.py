@@ -33,6 +33,7 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_of_parameters import torque_of_parameters
 from gd_analyze.text import rounded_up
@@ -165,11 +166,8 @@ class ExportInput:
     def with_functions(self, names: Sequence[str]) -> ExportInput:
         """Add functions beside the torque, D, h and c, by the names of `FURTHER`."""
         assert self.torque is not None  # checked by callers
-        level = None if self.model is None else self.model.level
-        symmetric, skew = (
-            (level is None or level.has_symmetric_inertia),
-            (level is None or level.is_mechanical),
-        )
+        symmetric = self.model is None or self.model.has_terms
+        skew = self.model is None or self.model.level is ENERGY
         base = base_parameters(self.arm, self.drives) if set(OF_PARAMETERS) & set(names) else None
         if self.model is not None and "forward" in names:
             _require_invertible(self.model)

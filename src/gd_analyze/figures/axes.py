@@ -240,7 +240,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         elif not item.hidden:
             axes.plot(
                 item.x,
-                np.maximum(item.y, panel.y.low) if panel.y.is_logarithmic else item.y,
+                item.y,
                 color=colour,
                 linewidth=item.width,
                 linestyle=_style(item.dashes) if item.width else "none",

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, Literal
@@ -310,30 +310,3 @@ def short_joint_label(joints: Sequence[Joint], i: int, room: float, size: float 
     if len(name) > most and len(joints) > 1 and alike:
         name = f"{name[:-alike]}…"
     return joint_name(i + 1, name if len(name) <= most else f"…{name[1 - most :]}")
-
-
-def ends_named(
-    label: str, panel: Panel, ends: Sequence[tuple[float, str, str]], below: str, height: float
-) -> Figure:
-    """A figure of one panel: names (value, text, colour) at the ends of its curves, and a text below."""
-    x, y, top = panel.x, panel.y, height - panel.margins[1] - panel.margins[3]
-    places = [top * float(np.clip(y.place(np.array(value)), 0.0, 1.0)) for value, *_ in ends]
-    named = sorted((place, *end[1:]) for place, end in zip(places, ends, strict=True))
-    words = [
-        FigureWords(x.high, y.low, name, colour, size=7.0, right=6.0, up=up - 2.5)
-        for up, (_, name, colour) in zip(apart([place for place, *_ in named], top), named, strict=True)
-    ]
-    words.append(FigureWords(x.high, y.low, below, "ink", "end", 7.0, up=-22.0))
-    return Figure(label, ((replace(panel, items=(*panel.items, *words)),),), FIGURE_WIDTH, height)
-
-
-def apart(ordered: Sequence[float], top: float, pitch: float = 9.0) -> list[float]:
-    """Move heights, lowest first, at least `pitch` apart and below `top`."""
-    low, heights = -math.inf, []
-    for height in ordered:
-        low = max(height, low + pitch)
-        heights.append(low)
-    for k in reversed(range(len(heights))):
-        top = heights[k] = min(heights[k], top)
-        top -= pitch
-    return heights

@@ -58,7 +58,7 @@ def figure_svg(figure: Figure) -> str:
 def panel_svg(panel: Panel, figure: Figure) -> str:
     """Draw one panel for a page; its script reads values from the curves and the axes' ends."""
     frame, axes = _frame(panel, figure.width, figure.height), ""
-    if not panel.is_bare and not (panel.x.is_logarithmic or panel.y.is_logarithmic):
+    if not panel.is_bare and not panel.x.is_logarithmic:
         low, high = panel.y.low / panel.y.factor, panel.y.high / panel.y.factor
         axes = (
             f' data-frame="{" ".join(str(_int(v)) for v in frame)}"'
@@ -122,7 +122,7 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     if grid:
         yield f'<path class="grid" style="stroke:{paint("line")}" stroke-width="10" d="{"".join(grid)}"/>'
     base = [f"M{_int(left)} {_int(bottom)}h{_int(wide)}", *(f"M{_int(x)} {_int(bottom)}v40" for x in x_at)]
-    if not panel.y.is_logarithmic and panel.y.low < 0 < panel.y.high:
+    if panel.y.low < 0 < panel.y.high:
         zero = top + high * (1 - float(panel.y.place(np.array(0.0))))
         base.append(f"M{_int(left)} {_int(zero)}h{_int(wide)}")
     for x in (left + wide * panel.x.place(np.array(panel.x.dashes))).tolist():

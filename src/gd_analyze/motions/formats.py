@@ -22,7 +22,7 @@ from gd_analyze.motions.arrays_and_lists import (
     read_list_cells,
 )
 from gd_analyze.motions.reading import Reading, refusal
-from gd_analyze.motions.ros import echoed_names, read_bag, read_yaml
+from gd_analyze.motions.ros import echoed_names, read_bag
 from gd_analyze.motions.table import LogTable, ParquetTable, Progress, no_progress
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.velocities import contradictions
@@ -30,7 +30,7 @@ from gd_analyze.text import in_python, visible
 
 _LFS = b"version https://git-lfs"
 _FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
-    **{".parquet": "parquet", ".pq": "parquet", ".yaml": "yaml", ".yml": "yaml"},
+    **{".parquet": "parquet", ".pq": "parquet"},
     **{".jsonl": "json", ".ndjson": "json"},
     **dict.fromkeys(READERS, "arrays"),
 }
@@ -61,14 +61,14 @@ def files_in(folder: Path) -> list[Path] | None:
     if not trajectories:
         names = ", ".join(visible(path.name) for path in visible_paths[:5]) or "nothing"
         names += f" and {len(visible_paths) - 5} more" if len(visible_paths) > 5 else ""
-        expected = f"files that end in {', '.join(sorted(_TEXT))}; bags, .parquet or .yaml"
+        expected = f"files that end in {', '.join(sorted(_TEXT))}; bags or .parquet"
         step = "name the files themselves, or another folder"
         raise refusal("the folder holds no trajectories", Location(folder), expected, names, step)
     return trajectories
 
 
 def _format(path: Path) -> str | None:
-    """Format of a log by its name: "bag" (also a folder with metadata.yaml), "parquet" or "yaml"."""
+    """Format of a log by its name: "bag" (also a folder with metadata.yaml), "parquet", "json", "arrays"."""
     if path.is_dir():
         return "bag" if (path / "metadata.yaml").is_file() else None
     return _FORMATS.get(path.suffix.lower())
@@ -133,12 +133,14 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
     if (begin or b"").startswith(_LFS):
         content, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
         raise refusal("this is not a log", Location(path), "the log itself", content, step)
+    if path.suffix.lower() in (".yaml", ".yml") or (begin or b"").startswith(b"header:"):
+        expected, content = "a bag, or what `ros2 topic echo --csv` prints", "messages in YAML"
+        step = "record a bag with `ros2 bag record /joint_states`, or echo the topic as CSV"
+        raise refusal("the log cannot be read", Location(path), expected, content, step)
     if kind == "bag":
         return read_bag(path, reading.topic, progress)
     if kind == "parquet":
         return ParquetTable(path)
-    if kind == "yaml":
-        return read_yaml(path, progress)
     if kind == "arrays":
         return READERS[path.suffix.lower()](path)
     if kind == "json" or begins_json(begin or b""):
@@ -146,7 +148,7 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
     table = TextTable(path, data)
     where = Location(path, table.layout.first)
     if (table.names or table.first_cells)[0].lstrip().startswith("<"):
-        expected, content = "a log: text in columns, a bag, Parquet or YAML", "XML, as robots' files are"
+        expected, content = "a log: text in columns, a bag or Parquet", "XML, as robots' files are"
         raise refusal("this is not a log", where, expected, content, "name the robot first, then the log")
     if any(table.names):
         return read_list_cells(table) if has_lists(table) else table

@@ -1,10 +1,9 @@
-"""ROS messages with an arm's motion: in bags, and as printed by `ros2 topic echo`."""
+"""ROS messages with an arm's motion: in bags, and as printed by `ros2 topic echo --csv`."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
 from gd_analyze.motions.text import is_number
@@ -28,24 +26,9 @@ _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
-_BETWEEN = re.compile(r"^---[ \t]*$", re.MULTILINE)
 _INTEGER = re.compile(r"[0-9]{1,19}")
 # Messages of a bag after which progress is reported again.
 _MESSAGES_PER_REPORT = 1000
-
-
-@dataclass(frozen=True, kw_only=True)
-class EchoLimits:
-    """Sizes beyond which echoed messages are refused."""
-
-    largest_file_bytes: int = 400_000_000
-    # A message takes 35 times as much memory as its text.
-    largest_message_characters: int = 30_000_000
-    # Messages nest five deep.
-    deepest_nesting: int = 50
-
-
-ECHO_LIMITS = EchoLimits()
 
 
 def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
@@ -109,146 +92,51 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
     return tuple(names) if joints and len(names) == len(cells) else None
 
 
-def read_yaml(path: str | Path, progress: Progress = no_progress) -> ArrayTable:
-    """Read echoed messages with `---` between them."""
-    data = read_at_most(path, ECHO_LIMITS.largest_file_bytes)
-    if data is None:
-        raise _too_large(Location(path), ECHO_LIMITS.largest_file_bytes)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise _not_read(Location(path), f"byte 0x{data[error.start]:02x}") from None
-    try:
-        return _gathered(path, ((message, None, 0) for message in _documents(text, path, progress)))
-    except ValueError as error:
-        raise _not_read(Location(path), str(error)) from None
-
-
-def _documents(text: str, path: str | Path, progress: Progress) -> Iterator[Any]:
-    """Documents, one at a time: together they would take far more memory than their text."""
-    import yaml
-
-    begin, line = 0, 0
-    ends = [separator.span() for separator in _BETWEEN.finditer(text)]
-    for end, following in [*ends, (len(text), len(text))]:
-        document = text[begin:end]
-        where = Location(path, line + 1)
-        if len(document) > ECHO_LIMITS.largest_message_characters:
-            raise _too_large(where, ECHO_LIMITS.largest_message_characters)
-        try:
-            depth = 0
-            # Building a document nested deeper than any message would exhaust the stack.
-            for event in yaml.parse(document, Loader=yaml.CSafeLoader):
-                depth += isinstance(event, yaml.CollectionStartEvent)
-                depth -= isinstance(event, yaml.CollectionEndEvent)
-                if depth > ECHO_LIMITS.deepest_nesting:
-                    raise ValueError(f"lists or maps nested more than {ECHO_LIMITS.deepest_nesting} deep")
-            message = yaml.load(document, Loader=yaml.CSafeLoader)
-        except yaml.MarkedYAMLError as error:
-            mark = error.problem_mark
-            where = Location(path) if mark is None else Location(path, line + mark.line + 1, mark.column + 1)
-            raise _not_read(where, error.problem or "not YAML") from None
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
-            raise _not_read(where, str(error).split("\n", 1)[0]) from None
-        if message is not None:
-            yield message
-        line += document.count("\n")
-        begin = following
-        progress(following, len(text))
-
-
-def _too_large(where: Location, most: int) -> TrajectoryError:
-    step = "record a bag, or echo with --csv"
-    return refusal("the log is too large to be read as YAML", where, f"up to {megabytes(most)}", "more", step)
-
-
-def _not_read(where: Location, fault: str) -> TrajectoryError:
-    expected = "output of `ros2 topic echo --full-length` for JointState or JointTrajectory"
-    step = "echo the topic again, or record a bag"
-    return refusal("the log cannot be read as messages in YAML", where, expected, fault, step)
-
-
-def _field(message: Any, name: str) -> Any:
-    """A field of a message, which is a mapping in YAML and an object in a bag; None if missing."""
-    return message.get(name) if isinstance(message, Mapping) else getattr(message, name, None)
-
-
-def _kind_of(message: Any) -> str:
-    """Kind of a message by its fields."""
-    named = _field(message, "joint_names") is not None
-    if _field(message, "points") is not None and named:
-        return _TRAJECTORY
-    if _field(message, "interface_values") is not None:
-        return _DYNAMIC
-    if _field(message, "name") is not None and _field(message, "position") is not None:
-        return _STATE
-    if named and any(_field(message, side) is not None for side in _SIDES):
-        return _CONTROLLER
-    raise ValueError("a document other than JointState, JointTrajectory or controller state")
-
-
 def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
     """Rows of a message: ns since its stamp, and values of joints by column name."""
-    names = _field(message, "name" if kind == _STATE else "joint_names")
-    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
-        raise ValueError("names of joints that are not a list of words")
+    names = message.name if kind == _STATE else message.joint_names
     if kind == _TRAJECTORY:
-        for point in _field(message, "points"):
-            yield _nanoseconds(_field(point, "time_from_start")), dict(_values(point, names, ""))
+        for point in message.points:
+            yield _nanoseconds(point.time_from_start), dict(_values(point, names, ""))
     elif kind == _STATE:
         yield 0, dict(_values(message, names, ""))
     elif kind == _DYNAMIC:
         row: dict[str, float] = {}
-        for name, interfaces in zip(names, _field(message, "interface_values"), strict=True):
-            for interface, value in zip(
-                _field(interfaces, "interface_names"), _field(interfaces, "values"), strict=True
-            ):
+        for name, interfaces in zip(names, message.interface_values, strict=True):
+            for interface, value in zip(interfaces.interface_names, interfaces.values, strict=True):
                 row[f"{name}/{interface}"] = float(value)
         yield 0, row
     else:
-        sides = ((side, _field(message, side)) for side in _SIDES)
+        sides = ((side, getattr(message, side, None)) for side in _SIDES)
         of_sides = (_values(point, names, f"{side}/") for side, point in sides if point is not None)
         yield 0, {key: value for values in of_sides for key, value in values}
 
 
 def _nanoseconds(stamp: Any) -> int:
-    """Instant of a stamp or a duration, ns; 0 if there is none, ValueError if it is not a stamp."""
-    if stamp is None:
-        return 0
-    parts = []
-    for names in (("sec", "secs"), ("nanosec", "nsecs")):
-        fields = (_field(stamp, name) for name in names)
-        value = next((field for field in fields if field is not None), None)
-        if not isinstance(value, int | np.integer) or abs(int(value)) >= 2**40:
-            raise ValueError("a stamp without sec and nanosec")
-        parts.append(int(value))
-    return parts[0] * 1_000_000_000 + parts[1]
+    """Instant of a stamp or a duration, ns."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
 def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str, float]]:
     for key, quantity in _FIELDS.items():
-        values = _field(point, key)
+        values = getattr(point, key, None)
         if values is None or len(values) == 0:
             continue
-        if isinstance(values, str) or any(isinstance(x, str) and "..." in x for x in values):
-            raise ValueError("numbers cut short by ...: echo with --full-length")
         if len(values) != len(names):
             raise ValueError(f"{len(values)} of {key} for {len(names)} joints")
         for name, value in zip(names, values, strict=True):
-            if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-                raise ValueError(f"a {key} that is not a number")
             yield f"{prefix}{name}/{quantity}", float(value)
 
 
 def _gathered(
     path: str | Path,
-    messages: Iterable[tuple[Any, str | None, int]],
-    commanded: bool = False,
-    report: Callable[[int], None] = lambda count: None,
+    messages: Iterable[tuple[Any, str, int]],
+    commanded: bool,
+    report: Callable[[int], None],
 ) -> ArrayTable:
-    """Rows of messages, each with its kind, if known, and time of arrival, ns; nan for missing joints.
+    """Rows of messages, each with its kind and time of arrival, ns; nan for missing joints.
 
-    Raises ValueError if a message is inconsistent or a value is not a number.
+    Raises ValueError if a message is inconsistent.
     """
     columns: dict[str, list[float]] = {}
     stamps: list[int] = []
@@ -256,10 +144,9 @@ def _gathered(
     plans: list[int] = []  # points of each JointTrajectory
     for number, (message, kind, received) in enumerate(messages):
         try:
-            kind = kind or _kind_of(message)
-            stamp = _nanoseconds(_field(_field(message, "header"), "stamp"))
+            stamp = _nanoseconds(message.header.stamp)
             rows = list(_rows_of(message, kind))
-        except (ValueError, TypeError, AttributeError, OverflowError) as error:
+        except ValueError as error:
             raise ValueError(f"in message {number + 1}, {error}") from None
         if kind == _TRAJECTORY:
             plans.append(len(rows))

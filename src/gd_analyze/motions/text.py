@@ -491,9 +491,7 @@ class TextTable(LogTable):
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
-            expected = (
-                "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz, .mat or .yaml"
-            )
+            expected = "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz or .mat"
             utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
             content = "UTF-16" if utf_16 else "a binary file (zero bytes)"
             reader = _PANDAS.get(Path(self.path).suffix.lower())

@@ -1,4 +1,4 @@
-"""Price of sines and cosines, and sines and cosines of sums from those of their summands."""
+"""Sines and cosines of sums from those of their summands."""
 
 from __future__ import annotations
 
@@ -11,12 +11,6 @@ from gd_analyze.operations.trace import Expression, Trace
 
 # An angle as a sum: multiple of each input; the constant under "".
 _Sum = frozenset[tuple[str, float]]
-
-
-def priced(program: Program, sine_price: int) -> int:
-    """Operations plus the price of all sines and cosines; those `with_sums` if that is cheaper."""
-    candidates = [program, with_sums(program)] if sine_price else [program]
-    return min(candidate.count.total + sine_price * candidate.count.sines_cosines for candidate in candidates)
 
 
 def with_sums(program: Program, *, in_pairs: bool = False) -> Program:

@@ -159,7 +159,6 @@ class Batch:
         for k, step in enumerate(program.steps):
             if step.operation == "input":
                 rows[step.order] = self._inputs[step.arguments[0]] = _row(count)
-                last[step.order] = len(program.steps)  # callers may write inputs once
                 continue
             arguments = [*map(of, step.arguments)]
             free += [
@@ -168,14 +167,6 @@ class Batch:
             row = rows[step.order] = free.pop() if free else _row(count)
             self._calls.append((UFUNCS[step.operation], (*arguments, row)))
         self._outputs = [of(output) for output in program.outputs]
-
-    def rows(self, name: str, joints: int, *shape: int) -> list[tuple[int, FloatArray]]:
-        """Joints, from 0, whose input `name` the program needs, each with its array."""
-        return [
-            (i, self._inputs[f"{name}{i + 1}"].reshape(*shape or (self.count,)))
-            for i in range(joints)
-            if f"{name}{i + 1}" in self._inputs
-        ]
 
     def blocks(self, count: int) -> Iterator[slice]:
         """Cut `count` states, at least one block, into blocks; the last may overlap another."""
@@ -191,13 +182,9 @@ class Batch:
         return out
 
     def at(self, inputs: Mapping[str, FloatArray], out: Any = None) -> FloatArray:
-        """Outputs for inputs by name, see `run`."""
+        """Outputs for inputs by name, shape (outputs, count); into the rows `out` if given."""
         for name, row in self._inputs.items():
             row[:] = inputs[name]
-        return self.run(out)
-
-    def run(self, out: Any = None) -> FloatArray:
-        """Outputs for the inputs that were written, shape (outputs, count); into the rows `out` if given."""
         for function, arguments in self._calls:
             function(*arguments)
         out = np.empty((len(self._outputs), self.count)) if out is None else out

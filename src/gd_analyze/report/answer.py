@@ -71,7 +71,7 @@ def element_details(findings: Findings) -> list[dict[str, Any]]:
     # An arm of too many terms has none that are ranked, and some levels have no terms.
     exact = _by_element(findings, findings.ranked_terms) if findings.ranked_terms else None
     model = findings.model
-    simplified = _by_element(findings, model.torques) if model.level.has_torque_terms else None
+    simplified = _by_element(findings, model.torques) if model.has_terms else None
     out = []
     for element in elements(findings.arm.n_joints):
         label = element.label

@@ -235,7 +235,7 @@ class _Writer(NamedTuple):
 def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
     """Write D, J (drives), h and c by element, with all terms that any budget keeps.
 
-    Coefficients are the model's, refitted if it is, and the exact ones of terms that it drops.
+    Coefficients are the model's, and the exact ones of terms that it drops.
     """
     elements: dict[Symbol, _Line] = defaultdict(lambda: defaultdict(lambda: defaultdict(dict)))
     # The report's own model first, so that its terms keep their order.

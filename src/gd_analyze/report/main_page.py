@@ -38,6 +38,7 @@ from gd_analyze.results.model_facts import structure_note
 from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.results.rows import joint_rows
 from gd_analyze.results.run_result import is_unreadable, provenance_lines, stop_rows
+from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.text import amount, percent, short_names, thousands
 
 _EMPTY_CELL = '<td class="value"></td>'
@@ -251,7 +252,7 @@ def _model(findings: Findings, path: BudgetPath, numbers: PartNumbers) -> str:
         equations=budget_equations(findings, path),
         meanings=meanings_html(model.equations.legend),
     )
-    if model.refitted or model.level.is_mechanical:
+    if model.level is ENERGY:
         inside += '<p class="small only-other">Coefficients are those of this report\'s model.</p>\n'
     return inside
 

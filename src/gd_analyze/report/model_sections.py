@@ -20,8 +20,8 @@ from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.run_result import is_unreadable
 from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
-from gd_analyze.simplification.element import ELEMENT, kept_effects
-from gd_analyze.simplification.harmonic import TERM
+from gd_analyze.simplification.element import kept_effects
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import inertia_label, joined, percent
@@ -37,39 +37,31 @@ _ENERGY = (
     "listed are zero. Torques follow from Lagrange's equations, so energy is conserved."
 )
 
-_STEPS = (
-    "Steps u in the order of evaluation, then the torques. SI units; three digits are shown, `model.json` "
-    "has all."
-)
-
 
 def made_of(findings: Findings) -> str:
-    """Kind of the model: "terms", "parts" of elements, or the "steps" of a program."""
-    level = findings.model.level
-    if level.has_torque_terms:
-        return "terms"
-    return "parts" if level is ELEMENT else "steps"
+    """Kind of the model: "terms", "parts" of elements, or "exact" where no model can be read."""
+    if is_unreadable(findings):
+        return "exact"
+    return "terms" if findings.model.has_terms else "parts"
 
 
 def model_parts(findings: Findings) -> tuple[Part, ...]:
     """The model itself as formulas, with explanations."""
     model, kind = findings.model, made_of(findings)
-    if is_unreadable(findings):
+    if kind == "exact":
         return _substitute_parts(findings)
     if kind == "parts":
         return (equation_part("model", "", findings.element_model.formulas, note=_PARTS),)
-    if model.level.is_mechanical:
+    if model.level is ENERGY:
         with_velocities = (
             TorqueTerm(0, () if t.is_potential else (Velocity(1, t.i), Velocity(1, t.j)), t.monomial)
             for t in model.terms
         )
         legend = torque_legend(model.form.velocities, with_velocities)
         return (equation_part("model", "", energy_formulas(model.terms), legend, _ENERGY),)
-    if kind == "terms":
-        by_element = model.equations
-        note = f"{structure_note(model)}\n{_TERMS}".lstrip()
-        return (equation_part("model", "", by_element.formulas, by_element.legend, note),)
-    return (equation_part("model", "", model.formulas, model.legend, _STEPS),)
+    by_element = model.equations
+    note = f"{structure_note(model)}\n{_TERMS}".lstrip()
+    return (equation_part("model", "", by_element.formulas, by_element.legend, note),)
 
 
 def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
@@ -129,7 +121,7 @@ def _tallies(model: SimplifiedModel) -> Table:
     n = model.form.velocities.n_joints
     letter = "p̈" if model.form.velocities.before else "q̈"
     heads = [f"{letter}{joined((j,))}" for j in range(n)]
-    if model.level.is_mechanical:
+    if model.level is ENERGY:
         energy_totals, energy_kept = (
             Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms)
         )

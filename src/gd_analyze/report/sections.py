@@ -197,7 +197,7 @@ def _terms(findings: Findings) -> Section:
             "uncertainty, which follows from the stated uncertainties of the arm's parameters."
         )
     parts: list[Part] = [ranked_terms_table(findings)]
-    if not findings.model.level.has_torque_terms:  # else the model explains its symbols
+    if not findings.model.has_terms:  # else the model explains its symbols
         legend = torque_legend(findings.model.form.velocities, findings.ranked_terms)
         parts.append(Equations("names", "", (), (), legend))
     return Section("terms", title, tuple(parts), note)

@@ -10,6 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.answer import answer, what_remains_follows
+from gd_analyze.diagnosis.causes import CLEAR_FALL, CLEAR_FALL_SHARE
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.diagnosis.remedies import typed_together
@@ -68,8 +69,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "logs": "\n".join(diagnosis.logs),
         "tells": int(diagnosis.tells),
         "masses_off": diagnosis.after.off if is_compared else 0.0,
-        "margin": problem.settings.clear_fall,
-        "misfit": problem.settings.clear_fall_share,
+        "margin": CLEAR_FALL,
+        "misfit": CLEAR_FALL_SHARE,
     }
     return table("diagnosis", values, arm.is_revolute, attrs=attributes)
 

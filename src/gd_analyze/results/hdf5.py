@@ -2,7 +2,8 @@
 
 Strings have a fixed length: values of variable length are stored in a heap without checksums, and a damaged
 heap can make the HDF5 library loop for ever. The only exception is netCDF's DIMENSION_LIST, which xarray
-needs; we read the attribute "dims" instead. Links and impossible numbers, as in a forged file, are refused.
+needs; we read the attribute "dims" instead. Numbers are checked when they are written: the digest proves that
+those read are the same.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import CHUNK, Array, chunks
 from gd_analyze.dynamics.decomposition import on_demand
 from gd_analyze.errors import Location, StoreError
-from gd_analyze.schema import GROUPS, dataset_of, require_numbers, validate
+from gd_analyze.schema import dataset_of, require_numbers
 
 if TYPE_CHECKING:
     import h5py
@@ -36,7 +37,6 @@ _DIMS = "dims"
 _COORDINATES, _DTYPE, _ENCODING = "coordinates", "dtype", "_Encoding"
 # netCDF's name of a dimension without labels; its length follows.
 _WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."
-_NUMBERS = (np.float64, np.int64, np.int8, np.uint8)
 # More bytes than a variable's description takes.
 _DESCRIPTION_BYTES = 1 << 14
 
@@ -139,77 +139,48 @@ def _restored(array: Array, attributes: dict[str, Any]) -> Array:
 
 def read_attributes(item: Any) -> dict[str, Any]:
     """Attributes of a file, a group or a variable as plain values, in the order written."""
-    attributes: dict[str, Any] = {}
-    for name in item.attrs:
-        if name not in OF_SCALES:
-            if not _is_plain(item.attrs.get_id(name).dtype):
-                raise StoreError(f"attribute {name} of {item.name} has a type that is never written")
-            attributes[name] = _restored(np.asarray(item.attrs[name]), {}).tolist()
-    return attributes
+    return {
+        name: _restored(np.asarray(item.attrs[name]), {}).tolist()
+        for name in item.attrs
+        if name not in OF_SCALES
+    }
 
 
-def read_table(file: h5py.File, name: str, revolute: Sequence[bool], most_rows: float = np.inf) -> xr.Dataset:
+def read_table(file: h5py.File, name: str, most_rows: float = np.inf) -> xr.Dataset:
     """Read one group of `gd_analyze.schema.GROUPS`.
 
     Beyond `most_rows` set points, variables with more than one number per joint, and those of the group
     every_set_point, are read on access and keep the file open until then.
     """
-    group, declared = _member(file, name), GROUPS[name]
+    group = file[name]
+    attributes = read_attributes(group)
+    labels = attributes.pop(_COORDINATES, "").split()
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {}
-    for key in group:
-        dataset = _member(group, key)
-        attributes = read_attributes(dataset)
-        if _DIMS in attributes:  # without it, the item is the scale of a dimension without labels
-            dims = tuple(attributes.pop(_DIMS).split())
-            _require_plain(dataset)
-            is_large = key in declared and (len(dims) > 2 or name == "every_set_point")
-            if dims[0] == "time" and is_large and len(dataset) > most_rows:
-                values: Any = _later(dataset, name, key)
-            else:
-                values = _restored(np.asarray(dataset[()]), attributes)
-                require_numbers(values, key, name)
-            (variables if key in declared else coordinates)[key] = (dims, values, attributes)
-    attributes = read_attributes(group)
-    attributes.pop(_COORDINATES, None)
-    table = dataset_of(variables, coordinates, attributes)
-    validate(table, name, revolute)
-    return table
+    for key, dataset in group.items():
+        described = read_attributes(dataset)
+        if _DIMS not in described:  # the scale of a dimension without labels
+            continue
+        dims = tuple(described.pop(_DIMS).split())
+        is_coordinate = key in labels or dims == (key,)
+        is_large = not is_coordinate and (len(dims) > 2 or name == "every_set_point")
+        if dims[0] == "time" and is_large and len(dataset) > most_rows:
+            values: Any = _later(dataset)
+        else:
+            values = _restored(np.asarray(dataset[()]), described)
+        (coordinates if is_coordinate else variables)[key] = (dims, values, described)
+    return dataset_of(variables, coordinates, attributes)
 
 
-def _member(group: h5py.Group, name: str) -> Any:
-    import h5py
-
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise StoreError(f"{name} of {group.name} is a link to elsewhere")
-    return group[name]
-
-
-def _is_plain(dtype: np.dtype[Any]) -> bool:
-    return dtype.kind == "S" or dtype in _NUMBERS
-
-
-def _require_plain(dataset: Any) -> None:
-    import h5py
-
-    is_plain = isinstance(dataset, h5py.Dataset) and _is_plain(dataset.dtype)
-    if not is_plain or not (dataset.fletcher32 or dataset.size == 0):
-        raise StoreError(f"{dataset.name} is not stored with a checksum, as variables are")
-    if dataset.id.get_storage_size() < dataset.nbytes:
-        raise StoreError(f"{dataset.name} is larger than its stored data")
-
-
-def _later(dataset: Any, group: str, name: str) -> Any:
+def _later(dataset: Any) -> Any:
     """Values of a long variable, read on access; `dataset` keeps the file open."""
 
     def read(rows: NDArray[np.intp]) -> Array:
         first, behind = int(rows[0]), int(rows[-1]) + 1
         try:
-            values = np.asarray(dataset[first:behind] if behind - first == len(rows) else dataset[rows])
+            return np.asarray(dataset[first:behind] if behind - first == len(rows) else dataset[rows])
         except OSError as error:
             where = Location(dataset.file.filename)
             raise StoreError("the results file is damaged", where=where, found=str(error)) from None
-        require_numbers(values, name, group)
-        return values
 
     return on_demand(dataset.shape, read)

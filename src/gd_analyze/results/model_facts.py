@@ -15,6 +15,7 @@ from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import declared_column
 from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
+from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import number, percent
 
@@ -108,7 +109,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     return (
         Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.pair}"),
         Fact("operations_full", "", totals[1]),
-        _time_fact(model),
+        Fact("nanoseconds", "", model.operations.nanoseconds),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
         Fact("operations_apart_full", "", counts_apart[1]),
         gamma_fact(model),
@@ -116,13 +117,6 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
         Fact("saves_torque", "", model.saves_torque),
         Fact("saves_functions", "", model.saves_functions),
     )
-
-
-def _time_fact(model: SimplifiedModel) -> Fact:
-    """Estimated time of a torque in C; stated where the model is made for speed."""
-    time, full = model.operations.nanoseconds, model.operations_full.nanoseconds
-    text = f"about {time:.0f} ns instead of {full:.0f}, estimated from both counts"
-    return Fact("nanoseconds", "Torque, in C" if model.level.is_program else "", time, text=text)
 
 
 def apart_text(model: SimplifiedModel) -> str:
@@ -162,10 +156,10 @@ def _gamma_text(gamma: float) -> str:
 
 def structure_note(model: SimplifiedModel) -> str:
     """Uses of D and of h of a model of terms, a line each; "" if both are exact or the level has no terms."""
-    if not model.level.has_torque_terms or model.is_exact:
+    if not model.has_terms or model.is_exact:
         return ""
     gamma = model.accuracy.gamma
-    h_note = "" if model.level.is_mechanical else H_NOTE
+    h_note = "" if model.level is ENERGY else H_NOTE
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
@@ -231,14 +225,14 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
     full = model.operations_full
     if model.is_exact:
         exact_dynamics = f"the exact torque, {full.in_words}"
-        if model.level.is_structured:
+        if model.level is TERM:
             exact_dynamics += f", or exact D, h and c, {model.form.functions.operations.pair}"
         return (
             f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
             f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
     costs = f"{model.operations.in_words} instead of {full.pair}"
-    if model.level.is_structured:
+    if model.level is TERM:
         apart, exact = model.functions.operations, model.form.functions.operations
         functions = f"D, h and c in {apart.in_words} instead of {exact.pair}"
         costs = f"{functions}; torque in {model.operations.pair} instead of {full.pair}"

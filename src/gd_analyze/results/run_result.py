@@ -93,7 +93,7 @@ def run_result(findings: Findings, top: int = 0) -> Result:
 def _equations(findings: Findings) -> Iterator[Part]:
     """The model's D, h and c, by element."""
     model = findings.model
-    if not model.level.has_torque_terms or model.is_exact:
+    if not model.has_terms or model.is_exact:
         return
     by_element = model.equations
     yield replace(
@@ -207,13 +207,12 @@ def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
     likely = next((row["budget"] for row in stops if _is_wider(row)), "")
-    wider = f", `--budget {likely}` is likely to have a readable model" if likely else ""
+    wider = f" `--budget {likely}` is likely to have a readable model." if likely else ""
     if readable:
-        wider = f', `--budget "{readable}"` has a readable model'
+        wider = f' `--budget "{readable}"` has a readable model.'
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
-        f"dominant elements, and the exact torque in {model.operations_full.in_words}. `--level "
-        f"fast` searches for a shorter program{wider}."
+        f"dominant elements, and the exact torque in {model.operations_full.in_words}.{wider}"
     )
 
 
@@ -276,8 +275,8 @@ def first_facts(findings: Findings) -> tuple[Fact, ...]:
         proven = worst_error(model, bound).fact("proven_error", label, "at most")
     tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
-    size, counted, gamma = model.size, model.level.keeps, model.accuracy.gamma
-    counted = f"{counted.capitalize()}{'' if model.level.is_program else ' kept'}"
+    size, gamma = model.size, model.accuracy.gamma
+    counted = f"{model.level.keeps.capitalize()} kept"
     sampled = "" if model.is_exact else "Torque error at the set points"
     return (
         *((tried_error,) if tried else ()),
@@ -303,8 +302,8 @@ def _settings(findings: Findings) -> tuple[Fact, ...]:
     return (
         *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_stated),
         Fact("budget", "Budget", accuracy.budget),
-        Fact("level", "Level", model.level.name, note="coefficients refitted" if model.refitted else ""),
-        *_for_json(drives=model.drives, refitted=model.refitted),
+        Fact("level", "Level", model.level.name),
+        *_for_json(drives=model.drives),
         *operation_facts(model),
         *_for_json(
             search=[step._asdict() for step in accuracy.steps],
@@ -345,7 +344,8 @@ def more_facts(findings: Findings) -> tuple[Fact, ...]:
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
     # At level element the error is stated as the budget, which nobody asked for.
-    is_asked = findings.model.level is not ELEMENT and not _has_wider_stop(findings)
+    is_asked = findings.model.level is not ELEMENT or is_unreadable(findings)
+    is_asked = is_asked and not _has_wider_stop(findings)
     model_notice = findings.model.notice if is_asked else ""
     stated = ""
     if findings.proof == STATED and tube_bound(findings) is not None:

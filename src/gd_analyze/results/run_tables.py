@@ -78,7 +78,6 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
         {"time": dataset.time, **joint_names(model.arm)},
         {
             "level": model.level.name,
-            "refitted": int(model.refitted),
             "drives": int(model.drives),
             "budget": accuracy.budget,
             "errors_are": "sampled at the set points",
@@ -189,10 +188,9 @@ def budgets_table(path: Sequence[SimplifiedModel], position: int, ranking: TermR
     """Tabulate parts kept, errors and operations of models for several budgets; the run's is at `position`.
 
     For a model of torque or energy terms, `kept` says which ranked torque terms remain: a term remains as
-    long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain. A
-    program has neither.
+    long as anything that contributes to it. For a model of parts, `kept_parts` says which parts remain.
     """
-    arm, level, counts = path[0].form.arm, path[0].level, [model.operations for model in path]
+    arm, counts = path[0].form.arm, [model.operations for model in path]
     counts_apart = [model.functions.operations for model in path]
     values: dict[str, Any] = {
         "budget": [model.accuracy.budget for model in path],
@@ -206,11 +204,11 @@ def budgets_table(path: Sequence[SimplifiedModel], position: int, ranking: TermR
         "allowed_error": [model.accuracy.allowed for model in path],
     }
     coords: dict[str, Any] = {"position": np.arange(len(path))}
-    if level.has_torque_terms:
+    if path[0].has_terms:
         is_kept = [[ranked.term in model.torques for ranked in ranking.terms] for model in path]
         values["kept"] = np.array(is_kept, dtype=bool).reshape(len(path), len(ranking.terms))
         coords["rank"] = np.arange(1, len(ranking.terms) + 1)
-    elif level is ELEMENT:
+    else:
         parts = parts_of(arm.n_joints)
         values["kept_parts"] = [[part in model.terms for part in parts] for model in path]
         coords["part"] = [part.label for part in parts]

@@ -122,9 +122,9 @@ def _text_words(row: Row) -> str:
 
 def ranked_terms_table(findings: Findings) -> Table:
     """Single terms by torque; pages show the first."""
-    table, level = findings.tables["terms"], findings.model.level
+    table = findings.tables["terms"]
     rows = rows_of(table, "rank")
-    kept_terms = findings.model.torques if level.has_torque_terms else None
+    kept_terms = findings.model.torques if findings.model.has_terms else None
     stated = not_worth_keeping(findings) is not None
     seen = list(zip(rows, findings.ranked_terms.items(), strict=False))[:_SHOWN_TERMS]
     terms = [term for _, (term, _) in seen]

@@ -65,18 +65,9 @@ def simplified_result(
         units = [joint.effort_unit for joint in arm.joints]
         extra_columns.append(Column("found", "found", held_model.found, units))
         if certificate is None:
-            along = "trajectory" in accuracy.fitted_on
-            reason = "too many equations to write out here; `gd-analyze certify` does it"
-            proven.append(Fact("", "Proof", f"none: {reason if along else '--certified asks for one'}"))
+            proven.append(Fact("", "Proof", "none: --certified asks for one"))
     steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
-    size_text = (
-        f"{model.size[0]} of {model.size[1]} {model.level.keeps}{', refitted' if model.refitted else ''}"
-    )
-    notices = []
-    if held_model.stopped:
-        notices.append(
-            f"The search was stopped {held_model.stopped}; a longer one may find fewer operations."
-        )
+    size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, error_text),
@@ -89,7 +80,6 @@ def simplified_result(
                 text=f"{model.level.name}: {size_text}",
                 note=in_words(accuracy.fitted_on),
             ),
-            Fact("refitted", "", model.refitted),
             Fact("drives", "", model.drives),
             Fact("budget", "", accuracy.budget),
             Fact("fitted_on", "", dict(accuracy.fitted_on)),
@@ -103,7 +93,7 @@ def simplified_result(
             Table("search", "", tuple(steps)),
             *_model_parts(model, states, digits, joint_velocities),
         ),
-        notices=(*notices, *filter(None, [model.notice])),
+        notices=tuple(filter(None, [model.notice])),
     )
 
 
@@ -130,7 +120,7 @@ def _model_parts(
     written = equation_part(
         "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
     )
-    if model.level.has_torque_terms and len(model.terms) > READABLE:
+    if model.has_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
     facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
     return (*facts, written)

@@ -10,22 +10,19 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.errors import GdAnalyzeError, Location, StoreError, require_type
+from gd_analyze.errors import Location, StoreError, require_type
 from gd_analyze.files import path_of, replacing, warn_of_others
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
 from gd_analyze.results.motion_tables import trajectory_in
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import arm_from_description, describe_in_full
-from gd_analyze.schema import GROUPS, OPTIONAL_GROUPS, SCHEMA_VERSION, table
+from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
@@ -107,31 +104,29 @@ def load_findings(path: str | Path) -> Findings:
         As for `load_results`, with the same warnings.
     """
     path = path_of(path)
-    with _opened(path) as file:
-        attributes = read_attributes(file)
-        tables, documents, arm = _read(file, MOST_KEPT)
-        model = elements = _model(documents["model"])
-        if "element_model" in documents:
-            elements = _model(documents["element_model"])
-        ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
-        warn_of_others(path, str(attributes.get("run", "")))
-        del tables["documents"]
-        if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):
-            file.close()
-        lines = attributes.pop("warnings")
-        return Findings(
-            arm=arm,
-            trajectory=trajectory_in(tables),
-            tables=tables,
-            model=model,
-            element_model=elements,
-            ranked_terms=ranked,
-            warnings=tuple(lines.split("\n")) if lines else (),
-            proof=STATED,
-            provenance={
-                name: str(attributes[name]) for name in attributes if name not in ("format", "schema")
-            },
-        )
+    file = _opened(path)
+    attributes, tables = read_attributes(file), _read(file, MOST_KEPT)
+    documents = json.loads(tables.pop("documents").json.values.tobytes())
+    arm = arm_from_description(documents["arm"])
+    model = elements = _model(documents["model"])
+    if "element_model" in documents:
+        elements = _model(documents["element_model"])
+    ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
+    warn_of_others(path, str(attributes.get("run", "")))
+    if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):
+        file.close()
+    lines = attributes.pop("warnings")
+    return Findings(
+        arm=arm,
+        trajectory=trajectory_in(tables),
+        tables=tables,
+        model=model,
+        element_model=elements,
+        ranked_terms=ranked,
+        warnings=tuple(lines.split("\n")) if lines else (),
+        proof=STATED,
+        provenance={name: str(attributes[name]) for name in attributes if name not in ("format", "schema")},
+    )
 
 
 def _model(document: Any) -> SimplifiedModel:
@@ -165,31 +160,20 @@ def load_results(path: str | Path) -> xr.DataTree:
 
     path = path_of(path)
     with _opened(path) as file:
-        root = xr.Dataset(attrs=read_attributes(file))
-        tables = _read(file)[0]
-        file.close()
+        root, tables = xr.Dataset(attrs=read_attributes(file)), _read(file)
     warn_of_others(path, str(root.attrs.get("run", "")))
     return xr.DataTree.from_dict({"/": root} | {f"/{name}": table for name, table in tables.items()})
 
 
-def _read(
-    file: h5py.File, most_rows: float = np.inf
-) -> tuple[dict[str, xr.Dataset], dict[str, Any], RobotArm]:
-    """All tables, including the JSON documents, and the arm; `most_rows` as for `read_table`."""
-    stored = read_table(file, "documents", ())
-    documents = json.loads(stored.json.values.tobytes())
-    arm = arm_from_description(documents["arm"])
-    names = [name for name in GROUPS if name != "documents" and (name in file or name not in OPTIONAL_GROUPS)]
-    tables = {name: read_table(file, name, arm.is_revolute, most_rows) for name in names}
-    return tables | {"documents": stored}, documents, arm
+def _read(file: h5py.File, most_rows: float = np.inf) -> dict[str, xr.Dataset]:
+    """All tables, including the JSON documents; `most_rows` as for `read_table`."""
+    return {name: read_table(file, name, most_rows) for name in GROUPS if name in file}
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[h5py.File]:
-    """Open a results file whose digest is right; any fault raises a StoreError that names the file.
+def _opened(path: Path) -> h5py.File:
+    """Open a results file whose digest is right and whose schema is ours; a StoreError names it otherwise.
 
-    It stays open if all is well, as tables of a long trajectory are read later. The exceptions of reading a
-    damaged file have no common class.
+    It is the caller's to close: tables of a long trajectory are read later.
     """
     import h5py
 
@@ -201,30 +185,15 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         readable, reason = "give the path of a file you may read", error.strerror or str(error)
         raise _refusal(path, "cannot read the results file", reason, None, readable) from None
     try:
-        with ExitStack() as failing:
-            file = failing.enter_context(h5py.File(path, "r", track_order=True))
-            _require_ours(file, path)
-            yield file
-            failing.pop_all()
-    except Exception as error:
-        if isinstance(error, StoreError) and "where" in error.details:
-            raise
-        reason = error.what if isinstance(error, GdAnalyzeError) else str(error) or type(error).__name__
-        raise _refusal(path, _DAMAGED, reason.splitlines()[0]) from None
-
-
-def _require_ours(file: h5py.File, path: Path) -> None:
-    attributes, groups = read_attributes(file), list(file)
-    schema, is_ours = attributes.get("schema"), attributes.get("format") == RESULTS_FORMAT
-    if is_ours and schema != SCHEMA_VERSION:
+        file = h5py.File(path, "r", track_order=True)
+    except OSError as error:
+        raise _refusal(path, _DAMAGED, str(error).splitlines()[0]) from None
+    schema = read_attributes(file).get("schema")
+    if schema != SCHEMA_VERSION:
+        file.close()
         message, next_step = "has another schema version", "use the gd-analyze that wrote it, or run again"
         raise _refusal(path, f"the results file {message}", str(schema), str(SCHEMA_VERSION), next_step)
-    if not is_ours or not set(GROUPS) - OPTIONAL_GROUPS <= set(groups):
-        message, expected = (
-            "this HDF5 file does not hold gd-analyze results",
-            f"the groups {', '.join(GROUPS)}",
-        )
-        raise _refusal(path, message, ", ".join(groups) or "no groups", expected, _NAME_IT)
+    return file
 
 
 def _refusal(

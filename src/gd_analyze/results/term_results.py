@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from gd_analyze.formulas.languages import Plain
@@ -11,12 +11,10 @@ from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.schema import declared_column
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.term_ranking import TermRanking
-from gd_analyze.simplification.trade_off import LEVELS_AND_REFITS, TradeOffPoint, curves
+from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 
 # What is stated of each term, in order.
 _OF_TERMS = "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint"
@@ -80,30 +78,23 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
     )
 
 
-def trade_off_result(
-    points: Sequence[TradeOffPoint],
-    kinds: Collection[tuple[Level, bool]],
-    exact: ExactDynamics,
-    budget: Budget,
-) -> Result:
+def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budget: Budget) -> Result:
     """Operations by level and budget."""
-    arm, full, by_kind = exact.arm, exact.form.operations, curves(tuple(points))
-    budgets = [point.budget for point in next(iter(by_kind.values()), ())]
+    arm, full, by_level = exact.arm, exact.form.operations, curves(tuple(points))
+    budgets = [point.budget for point in next(iter(by_level.values()), ())]
     columns = [Column("", "budget", budgets, shown="text")]
-    for (level, refit), row in by_kind.items():
+    for level, row in by_level.items():
         counts = [point.operations.total for point in row]
-        columns.append(Column("", f"{level}{', refitted' if refit else ''}", counts, shown="count"))
+        columns.append(Column("", level.name, counts, shown="count"))
     title = "Multiplications and additions of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
     point_columns = (
         Column("level", "", [point.level.name for point in points]),
-        *columns_of(points, ("refit", "", "flag"), ("budget", "", "text")),
+        *columns_of(points, ("budget", "", "text")),
         Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
         Column("largest_share", "", [point.error_share for point in points]),
     )
     saves = any(point.operations.total < full.total for point in points)
-    absent = [level.name for level, refit in LEVELS_AND_REFITS if not refit and (level, refit) not in kinds]
-    reason = too_many_terms(exact.form)
     exact_operations = asdict(full) | {"total": full.total}
     drives = drives_text(arm, exact.form.drives)
     return Result(
@@ -117,7 +108,6 @@ def trade_off_result(
             Fact("shares_of", "", budget.shares_of),
             Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
             Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
-            Fact("levels_not_tried", "Levels not tried" if absent else "", absent, note=reason),
         ),
         parts=(Table("", title, tuple(columns), note), Table("points", "", point_columns)),
     )

@@ -33,7 +33,7 @@ _OF_YAML = (".yaml", ".yml")
 _USUAL_CONTENT = {
     ".json": "models",
     **dict.fromkeys(OF_LOGS, "logs and set points"),
-    **dict.fromkeys(_OF_YAML, "limits and messages"),
+    **dict.fromkeys(_OF_YAML, "limits"),
 }
 _OF_XML = (".urdf", ".xml", ".mjcf", ".xacro", ".sdf")
 

@@ -115,15 +115,11 @@ def second_moment(inertia_com: Array) -> Array:
     return 0.5 * np.trace(inertia_com) * np.eye(3) - inertia_com
 
 
-def second_moment_about_origin(mass: float, com: Array, inertia_com: Array) -> Array:
-    """Second moment of mass about the origin of `com`, shape (3, 3)."""
-    return second_moment(inertia_com) + mass * np.outer(com, com)
-
-
 def pseudo_inertia(mass: float, com: Array, inertia_com: Array) -> Array:
     """Matrix [[second, first], [first, mass]] of moments of mass about the origin of `com`, shape (4, 4)."""
     first = mass * com
-    return np.block([[second_moment_about_origin(mass, com, inertia_com), first[:, None]], [first, mass]])
+    second = second_moment(inertia_com) + mass * np.outer(com, com)
+    return np.block([[second, first[:, None]], [first, mass]])
 
 
 @dataclass(frozen=True, eq=False)

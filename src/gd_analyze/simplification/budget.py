@@ -28,7 +28,6 @@ _TO_STATE = {
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
 _FOR_EXAMPLE = 'give amounts of 0 or more, for example 1%, 0.5 (N m) or "1% or 10% friction"'
-_FOR_TRACKING = "`gd-analyze simplify` takes a tracking error, along one motion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +232,7 @@ class Budget:
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
 
 
-def _not_understood(text: str, where: str, next_step: str | None = None) -> UsageError:
+def _not_understood(text: str, where: str) -> UsageError:
     """Error for a budget or an entry, with the likely word if one is misspelt, or else examples."""
     words = (word for word in re.findall(r"[a-z]{3,}", text.lower()) if word not in _WHOLES)
     likely = [match for word in words for match in get_close_matches(word, _WHOLES, n=1)]
@@ -243,7 +242,5 @@ def _not_understood(text: str, where: str, next_step: str | None = None) -> Usag
         expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty), the larger of several '
         f'"1% or 10% friction", all up to {LARGEST:g}',
         found=repr(text.strip()),
-        next_step=_FOR_TRACKING
-        if text.strip().lower().startswith("tracking")
-        else next_step or (f"did you mean {likely[0]}?" if likely else _FOR_EXAMPLE),
+        next_step=f"did you mean {likely[0]}?" if likely else _FOR_EXAMPLE,
     )

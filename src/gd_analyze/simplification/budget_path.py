@@ -18,7 +18,8 @@ from gd_analyze.simplification.candidates import (
     of_any,
 )
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel, Terms
+from gd_analyze.simplification.harmonic import HarmonicLevel
+from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
 from gd_analyze.simplification.torque_program import FINAL
@@ -59,8 +60,8 @@ def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) ->
     For larger budgets no term returns. Budgets are a tenth to ten times the model's;
     the smallest is larger where it would keep too many terms to choose from.
     """
-    if not isinstance(model.level, CandidateLevel):
-        return (model,)  # a program, or parts of elements, stands alone
+    if not model.has_terms:
+        return (model,)  # parts of elements stand alone
     exact, models = exact.with_form(model.form), list[SimplifiedModel]()
     for factor, trial in _along_terms(exact, model):
         allowed = factor * model.accuracy.allowed
@@ -86,7 +87,6 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
 
 def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
-    assert isinstance(model.level, CandidateLevel)
     thinned = exact.thinned(_SETTINGS.most_states)
     for smallest in _SETTINGS.smallest_factors:
         with suppress(TooManyTermsError):
@@ -106,7 +106,7 @@ def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[flo
 def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each larger budget: fewer and fewer of the model's, with their coefficients."""
     level, form, thinned = model.level, model.form, exact.thinned(_SETTINGS.most_states)
-    assert isinstance(level, CandidateLevel)
+    assert isinstance(level, HarmonicLevel)
     listed, allowed = list(model.terms), model.accuracy.allowed
     numbers = numbers_of(level, form, listed)
     torque = model.torque(*thinned.states.arrays)

@@ -23,11 +23,12 @@ from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
-from gd_analyze.simplification.effects import Mask, TermTorques
+from gd_analyze.simplification.effects import IntegerArray, Mask, TermTorques
 from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel, Costs, IntegerArray, Level, Terms
-from gd_analyze.simplification.selection import Selection, TermChoice
+from gd_analyze.simplification.harmonic import HarmonicLevel
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.selection import Costs, Selection, TermChoice
 from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import SINE_PRICE
 
@@ -74,7 +75,7 @@ class Candidates:
         Multiplications and additions that a sine or cosine counts as.
     """
 
-    level: CandidateLevel
+    level: HarmonicLevel
     form: ExactForm
     terms: Terms
     numbers: IntegerArray
@@ -86,30 +87,16 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.choice)
 
-    def chosen(self, selected: Mask, scale: FloatArray | None = None) -> dict[Any, float]:
-        """Terms of a selection, shape (K,), their coefficients times factors, shape (K,)."""
-        factors = np.ones(len(self)) if scale is None else scale
-        numbers = self.numbers
-        rows = zip(self.terms.items(), selected[numbers].tolist(), factors[numbers].tolist(), strict=True)
-        return {term: factor * weight for (term, weight), is_chosen, factor in rows if is_chosen}
+    def chosen(self, selected: Mask) -> dict[Any, float]:
+        """Terms of a selection, shape (K,), and their coefficients."""
+        rows = zip(self.terms.items(), selected[self.numbers].tolist(), strict=True)
+        return {term: weight for (term, weight), is_chosen in rows if is_chosen}
 
     def selection(self, terms: Terms | None = None) -> Selection:
         """Selection of some terms, by default all; those that stay are always part of it."""
         if terms is None:
             return Selection(self.choice, np.ones(len(self), dtype=bool))
         return Selection(self.choice, of_any(terms, self.terms, self.numbers) | self.stays)
-
-    @property
-    def parameters(self) -> IntegerArray:
-        """Free numbers of a refit: index of the one that scales each candidate, shape (K,)."""
-        scaled_by = self.level.numbers(self.form, list(self.terms)).tolist()
-        ends = [
-            (("candidate", k), number) for k, number in zip(self.numbers.tolist(), scaled_by, strict=True)
-        ]
-        one_of = _joined(ends)
-        firsts = [one_of.get(("candidate", k), ("candidate", k)) for k in range(len(self))]
-        place = {first: number for number, first in enumerate(dict.fromkeys(firsts))}
-        return np.array([place[first] for first in firsts], dtype=int)
 
     def price(self, terms: Terms, effort: Effort) -> int:
         """Operations of these terms as the level counts them, with the price of sines and cosines."""
@@ -140,7 +127,7 @@ def candidates_of(
     TooManyTermsError
         If too many terms matter within the budget.
     """
-    if not isinstance(level, CandidateLevel):
+    if not isinstance(level, HarmonicLevel):
         message = f"level {level.name} has no single terms to choose from"
         raise UsageError(message, where="level", expected="term or energy", found=level.name)
     require_few_terms(exact, level)
@@ -154,7 +141,7 @@ def candidates_of(
         remaining, base = _swept(torques, exact.states, allowed, weighed)
         if len(remaining) > _SWEEP.most_terms:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
-            next_step = 'allow a larger error, such as "1% or 0.5% limit", or use --level fast'
+            next_step = 'allow a larger error, such as "1% or 0.5% limit"'
             raise TooManyTermsError(
                 message,
                 where="budget",
@@ -173,7 +160,7 @@ def candidates_of(
     return Candidates(level, exact.form, terms, numbers, choice, stays[remaining], len(listed), sine_price)
 
 
-def numbers_of(level: CandidateLevel, form: ExactForm, terms: Iterable[Any]) -> IntegerArray:
+def numbers_of(level: HarmonicLevel, form: ExactForm, terms: Iterable[Any]) -> IntegerArray:
     """Candidates of terms, from 0 in the order of their first terms, shape (T,)."""
     together = _together(level, form)
     first = [together.get(term, term) for term in terms]
@@ -197,7 +184,7 @@ def of_any(chosen: Container[Any], terms: Iterable[Any], numbers: IntegerArray) 
 
 
 @lru_cache(maxsize=8)
-def _together(level: CandidateLevel, form: ExactForm) -> dict[Any, Any]:
+def _together(level: HarmonicLevel, form: ExactForm) -> dict[Any, Any]:
     """A term of those that stay or go together, by each of the others."""
     printed, users = form.printed(form.torques), dict[TorqueTerm, Any]()
     pairs = (
@@ -225,7 +212,7 @@ def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
     return {thing: representative(thing) for thing in out}
 
 
-def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
+def require_few_terms(exact: ExactDynamics, level: HarmonicLevel) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     reason = too_many_terms(exact.form)
     if not reason:
@@ -233,19 +220,19 @@ def require_few_terms(exact: ExactDynamics, level: CandidateLevel) -> None:
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where = f"level {level.name}"
     expected = f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms"
-    next_step = "`gd-analyze simplify ROBOT --level fast` simplifies such an arm, `gd-analyze "
-    next_step += "equations ROBOT --element D12 --min-share 1%` prints the largest terms of an element"
+    next_step = "take fewer joints (--lock JOINT=0), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    next_step += "`gd-analyze equations ROBOT --element D12 --min-share 1%` prints an element's largest terms"
     raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
 
 
 @lru_cache(maxsize=4)
-def _every_torque(level: CandidateLevel, form: ExactForm) -> TermTorques:
+def _every_torque(level: HarmonicLevel, form: ExactForm) -> TermTorques:
     """Torques of all candidates, the same in every round of a search."""
     terms = level.terms(form)
     return level.term_torques(form, terms, numbers_of(level, form, terms))
 
 
-def terms_beyond(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> int:
+def terms_beyond(exact: ExactDynamics, level: HarmonicLevel, allowed: FloatArray) -> int:
     """Number of terms whose torque alone exceeds the allowed error, N m, shape (n,), at some state.
 
     A model keeps about as many: dropped terms rarely cancel.

@@ -16,9 +16,8 @@ from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search import selected_terms
+from gd_analyze.simplification.search import SearchOptions, selected_terms
 from gd_analyze.simplification.torque_program import COUNTING, ROUGH
 
 _STATES = 150  # states of the short search, beside extremes
@@ -30,19 +29,16 @@ _EQUAL_OPERATIONS = 1.02
 def in_worthwhile_velocities(
     exact: ExactDynamics, allowed: FloatArray, options: SearchOptions
 ) -> tuple[ExactDynamics, ...]:
-    """The dynamics with terms in absolute velocities and, where it may pay, in joint velocities.
-
-    A number of operations asked for is one of the torque, which takes fewer in absolute velocities.
-    """
+    """The dynamics with terms in absolute velocities and, where it may pay, in joint velocities."""
     joint = exact.form.in_joint_velocities
-    is_asked = options.level is TERM and options.operations is None and not options.same_velocities
+    is_asked = options.level is TERM and not options.same_velocities
     if joint is exact.form or not is_asked:
         return (exact,)
     sample = exact.thinned(_STATES)
-    short = replace(options, refit=False, writing=ROUGH, effort=_EFFORT * options.effort, selections=None)
+    short = replace(options, writing=ROUGH, effort=_EFFORT * options.effort, selections=None)
 
     def operations(form: ExactForm) -> int:
-        terms = selected_terms(sample.with_form(form), TERM, allowed, short).terms
+        terms = selected_terms(sample.with_form(form), allowed, short).terms
         return TERM.operations(form, terms, COUNTING)
 
     with suppress(TooManyTermsError):

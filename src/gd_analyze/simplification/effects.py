@@ -16,6 +16,8 @@ from gd_analyze.motions.states import States
 from gd_analyze.simplification.torque_program import TorqueVariables
 
 Mask = NDArray[np.bool_]
+# Number of the candidate that each term belongs to.
+IntegerArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -204,9 +204,9 @@ def model_by_verdicts(
 
 
 def require_no_budget(level: Level, value: str) -> None:
-    """Raise a UsageError for a budget, or a limit on operations, at level element."""
+    """Raise a UsageError for a budget at level element."""
     if level is ELEMENT:
-        message, expected = "level element keeps no budget: verdicts say what it keeps", "neither"
+        message, expected = "level element keeps no budget: verdicts say what it keeps", "none"
         next_step = "take another level, or state the error that it has"
         raise UsageError(message, where="level", expected=expected, found=value, next_step=next_step)
 

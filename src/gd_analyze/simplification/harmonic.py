@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
 from itertools import combinations_with_replacement
@@ -19,23 +19,27 @@ from gd_analyze.harmonics.squares import Squares
 from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
 from gd_analyze.operations.program import Program
-from gd_analyze.operations.sums import Magnitudes
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.effects import TermTorques
+from gd_analyze.simplification.effects import IntegerArray, TermTorques
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.level import CandidateLevel, Checked, Coefficient, Costs, IntegerArray, Terms
+from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
+from gd_analyze.simplification.selection import Costs
 from gd_analyze.simplification.torque_program import Effort, functions_of_terms, torque_program
 
-# Relative difference of coefficients that are mathematically equal, or twice or half each other.
-_EQUAL = 1e-9
 # Kind, multiple of every joint in the argument, exponent.
 _FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
 
-class HarmonicLevel(CandidateLevel):
-    """A level whose models are sums of harmonic torque terms."""
+class HarmonicLevel(Level):
+    """A level whose models keep some of the dynamics' terms, each a sum of harmonic torque terms."""
 
-    has_torque_terms: ClassVar[bool] = True
+    @abstractmethod
+    def source(self, form: ExactForm, term: Any) -> Torques:
+        """Torque terms of a term with coefficient 1."""
+
+    @abstractmethod
+    def inertia_term(self, term: Any) -> EnergyTerm | None:
+        """Element of D' and monomial of a term of D'; None for any other term."""
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:
         """Sum the torque terms of all terms."""
@@ -47,7 +51,7 @@ class HarmonicLevel(CandidateLevel):
         return TermTorques(form.velocities, sources, numbers)
 
     def operations(self, form: ExactForm, terms: Terms, effort: Effort) -> int:
-        """Operations of all torques."""
+        """Operations that a search minimises: of all torques."""
         return self.write(form, terms, effort).count.total
 
     def angles(self, form: ExactForm, terms: Terms) -> set[int]:
@@ -84,6 +88,20 @@ class HarmonicLevel(CandidateLevel):
             costs[frozenset(members)] += 2 * sine_price
         return dict(costs)
 
+    def indispensable(self, form: ExactForm, terms: Sequence[Any]) -> set[Any]:
+        """One term of every D'_ii: its constant, or else the term with the largest coefficient."""
+        coefficients, diagonal = self.terms(form), defaultdict[int, list[Any]](list)
+        is_constant = {}
+        for term in terms:
+            element = self.inertia_term(term)
+            if element is not None and element.i == element.j:
+                diagonal[element.i].append(term)
+                is_constant[term] = not element.monomial
+        return {
+            max(element_terms, key=lambda term: (is_constant[term], abs(coefficients[term])))
+            for element_terms in diagonal.values()
+        }
+
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
         """Factor the torques of the terms."""
         return torque_program(form.velocities, self.torques(form, terms), effort)
@@ -108,12 +126,13 @@ class _TorqueEntry(Checked):
 
 
 class TermLevel(HarmonicLevel):
-    """Explicit D, h and c: a term of D' stands in D'_ij and D'_ji alike, those of h' and c' in one row."""
+    """Explicit D, h and c: a term of D' stands in D'_ij and D'_ji alike, those of h' and c' in one row.
+
+    Models are made for the use of D, h and c apart; h is not that of their D.
+    """
 
     name: ClassVar[str] = "term"
     keeps: ClassVar[str] = "terms"
-    has_symmetric_inertia: ClassVar[bool] = True
-    is_structured: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
 
     def terms(self, form: ExactForm) -> Torques:
@@ -158,7 +177,7 @@ class TermLevel(HarmonicLevel):
         return {numbers: price for numbers, price in costs.items() if price}
 
     def operations(self, form: ExactForm, terms: Torques, effort: Effort) -> int:
-        """Operations of D, h and c as functions of their own: what they share is counted in each."""
+        """Operations that a search minimises: of D, h and c apart; what they share is counted in each."""
         torques = self.torques(form, terms)
         return functions_of_terms(form.velocities, torques, effort).operations.total
 
@@ -167,16 +186,6 @@ class TermLevel(HarmonicLevel):
         if term.quantity != "inertia":
             return None
         return EnergyTerm(term.row, term.velocities[0].joint, term.monomial)
-
-    def numbers(self, form: ExactForm, terms: Sequence[TorqueTerm]) -> IntegerArray:
-        """Number terms of one energy coefficient equally; a term of several has its own number."""
-        made_by: dict[TorqueTerm, set[int]] = defaultdict(set)
-        for energy, number in _numbered(form.energies).items():
-            for term in form.torques_of_energy(energy):
-                made_by[term].add(number)
-        numbers = {term: number for number, term in enumerate(form.torques, start=len(form.energies))}
-        numbers |= {term: next(iter(by)) for term, by in made_by.items() if len(by) == 1}
-        return np.array([numbers[term] for term in terms], dtype=int)
 
     def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
         """Write row, velocities, factors and weight."""
@@ -203,12 +212,13 @@ class _EnergyEntry(Checked):
 
 
 class EnergyLevel(HarmonicLevel):
-    """Terms of D' in absolute velocities and of the potential: the model is itself a mechanical system."""
+    """Terms of D' in absolute velocities and of the potential: the model is itself a mechanical system.
+
+    Models are made for the torque; h is that of their D.
+    """
 
     name: ClassVar[str] = "energy"
     keeps: ClassVar[str] = "energy terms"
-    has_symmetric_inertia: ClassVar[bool] = True
-    is_mechanical: ClassVar[bool] = True
     entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_EnergyEntry])
 
     def terms(self, form: ExactForm) -> Energies:
@@ -222,11 +232,6 @@ class EnergyLevel(HarmonicLevel):
     def inertia_term(self, term: EnergyTerm) -> EnergyTerm | None:
         """The term itself, if it is one of D'."""
         return None if term.is_potential else term
-
-    def numbers(self, form: ExactForm, terms: Sequence[EnergyTerm]) -> IntegerArray:
-        """Number equal coefficients equally."""
-        number = _numbered(form.energies)
-        return np.array([number[term] for term in terms], dtype=int)
 
     def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
         """Write element, factors and coefficient."""
@@ -243,16 +248,6 @@ class EnergyLevel(HarmonicLevel):
 TERM: TermLevel = TermLevel()
 ENERGY: EnergyLevel = EnergyLevel()
 HARMONIC_LEVELS: dict[str, HarmonicLevel] = {level.name: level for level in (TERM, ENERGY)}
-
-
-def _numbered(energies: Energies) -> dict[EnergyTerm, int]:
-    """Number every coefficient; equal numbers for those that differ only in sign and powers of two."""
-    equal = Magnitudes(_EQUAL)
-    half = equal(0.5)
-    mantissas = [equal(math.frexp(abs(coefficient))[0]) for coefficient in energies.values()]
-    # 1/2 and 1 are neighbours, too.
-    _, number = np.unique([half if x == 1.0 else x for x in mantissas], return_inverse=True)
-    return dict(zip(energies, number.tolist(), strict=True))
 
 
 def _factor_entries(monomial: Monomial) -> list[_FactorEntry]:

@@ -1,36 +1,23 @@
-"""Levels of simplification: how far the dynamics are split before parts are dropped.
-
-Search, models, certificates and reports use this interface and know no level by name.
-"""
+"""Levels of simplification: what a model keeps or drops, and how this is written, printed and stored."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
-from gd_analyze.harmonics.terms import EnergyTerm, Torques
+from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import Program
-from gd_analyze.simplification.accuracy import SearchStep
-from gd_analyze.simplification.effects import TermTorques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import LARGEST_COEFFICIENT
 
-# Content of a model: a number by term, or by change of a program, of the level's own type.
+# Content of a model: a number by term or part, of the level's own type.
 Terms = Mapping[Any, float]
-# Operations by the set of candidates, by index, that need them.
-Costs = Mapping[frozenset[int], int]
-# Free numbers of a refit: index of the one that scales each term, (K,). Terms whose coefficients differ only
-# in sign and powers of two share one, so that arithmetic stays shared.
-IntegerArray = NDArray[np.int64]
 # What a term is multiplied by.
 Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
 
@@ -46,12 +33,6 @@ class Level(ABC):
 
     name: ClassVar[str]  # for users
     keeps: ClassVar[str]  # unit in which models are counted, in the plural
-    has_torque_terms: ClassVar[bool] = False  # sums of harmonic terms, whose coefficients can be refitted
-    is_program: ClassVar[bool] = False  # a model is its program, without terms
-    has_symmetric_inertia: ClassVar[bool] = False
-    # A search minimises the operations of D, h and c, not of the torque
-    is_structured: ClassVar[bool] = False
-    is_mechanical: ClassVar[bool] = False  # models are mechanical systems: h is that of their D
     entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
     def __repr__(self) -> str:
@@ -60,9 +41,13 @@ class Level(ABC):
     def __str__(self) -> str:
         return self.name
 
+    def __reduce__(self) -> str:
+        """Name of the one value, by which it is pickled."""
+        return self.name.upper()
+
     @abstractmethod
     def terms(self, form: ExactForm) -> Terms:
-        """Content of the exact dynamics: all terms, or no change."""
+        """All terms of the exact dynamics."""
 
     @abstractmethod
     def write(self, form: ExactForm, terms: Terms, effort: Effort) -> Program:
@@ -75,10 +60,6 @@ class Level(ABC):
     def legend(self, form: ExactForm, terms: Terms) -> Legend:
         """Meaning of the symbols; by default all are those of [FGL87]."""
         return Legend((), (), ())
-
-    def size(self, form: ExactForm, terms: Terms) -> tuple[int, int]:
-        """Number of terms or simplified steps of a model, and of all."""
-        return len(terms), len(self.terms(form))
 
     @abstractmethod
     def to_entry(self, term: Any, weight: float) -> Checked:
@@ -108,58 +89,3 @@ class Level(ABC):
             found=f"level {self.name}",
             next_step="make one with `gd-analyze simplify`",
         )
-
-
-class CandidateLevel(Level):
-    """A level whose models keep some of the exact dynamics' terms."""
-
-    @abstractmethod
-    def source(self, form: ExactForm, term: Any) -> Torques:
-        """Torque terms of a term with coefficient 1."""
-
-    @abstractmethod
-    def term_torques(self, form: ExactForm, terms: Terms, numbers: IntegerArray | None = None) -> TermTorques:
-        """Torques of terms, or of candidates with a number for every term, to be evaluated at any states."""
-
-    @abstractmethod
-    def inertia_term(self, term: Any) -> EnergyTerm | None:
-        """Element of D' and monomial of a term of D'; None for any other term."""
-
-    @abstractmethod
-    def operations(self, form: ExactForm, terms: Terms, effort: Effort) -> int:
-        """Operations that a search minimises, with programs written with this effort."""
-
-    @abstractmethod
-    def angles(self, form: ExactForm, terms: Terms) -> set[int]:
-        """Revolute joints, from 0, whose sines and cosines terms need."""
-
-    @abstractmethod
-    def costs(self, form: ExactForm, terms: Sequence[Any], sine_price: int) -> Costs:
-        """Estimate operations by the set of terms that need them; a sine or cosine counts as `sine_price`."""
-
-    def indispensable(self, form: ExactForm, terms: Sequence[Any]) -> set[Any]:
-        """One term of every D'_ii: its constant, or else the term with the largest coefficient."""
-        coefficients, diagonal = self.terms(form), defaultdict[int, list[Any]](list)
-        is_constant = {}
-        for term in terms:
-            element = self.inertia_term(term)
-            if element is not None and element.i == element.j:
-                diagonal[element.i].append(term)
-                is_constant[term] = not element.monomial
-        return {
-            max(element_terms, key=lambda term: (is_constant[term], abs(coefficients[term])))
-            for element_terms in diagonal.values()
-        }
-
-    def numbers(self, form: ExactForm, terms: Sequence[Any]) -> IntegerArray:
-        """Free numbers of a refit; by default every term has its own."""
-        return np.arange(len(terms))
-
-
-class Found(NamedTuple):
-    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
-
-    terms: Terms
-    program: Program
-    refitted: bool
-    steps: tuple[SearchStep, ...]

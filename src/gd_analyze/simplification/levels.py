@@ -1,22 +1,14 @@
-"""The levels, and the options of a search."""
+"""The levels by name."""
 
 from __future__ import annotations
 
-import math
-import numbers
-from dataclasses import dataclass
-
-from gd_analyze.arguments import require_flags_of, require_word
-from gd_analyze.errors import UsageError, require_type
+from gd_analyze.arguments import require_word
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import ENERGY, TERM
-from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import FINAL, Effort
-from gd_analyze.text import SINE_PRICE
+from gd_analyze.simplification.level import Level
 
 # In the order of `text.LEVEL_NAMES`.
-LEVELS: dict[str, Level] = {level.name: level for level in (TERM, ELEMENT, ENERGY, FAST)}
+LEVELS: dict[str, Level] = {level.name: level for level in (TERM, ELEMENT, ENERGY)}
 
 
 def level_named(level: str | Level) -> Level:
@@ -25,60 +17,3 @@ def level_named(level: str | Level) -> Level:
         return level
     require_word(level, LEVELS, "level")
     return LEVELS[level]
-
-
-@dataclass(frozen=True)
-class SearchOptions:
-    """Options of a search."""
-
-    level: Level = TERM
-    refit: bool = False  # fit kept coefficients to compensate for dropped ones
-    # Most multiplications and additions of the model; the budget is scaled to the smallest that allows it.
-    operations: int | None = None
-    thorough: bool = True  # attempts after the first descent; without them, the descent alone
-    writing: Effort = FINAL  # spent on the program of the model
-    effort: float = 1.0  # number of attempts, relative to the usual
-    # Successive selections, which a search continues and extends.
-    selections: list[Terms] | None = None
-    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
-    most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
-    sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
-    within: float | None = None  # level fast: seconds after which the search ends with the best that holds
-    dearer: bool = False  # return the result even if it takes more operations than the exact torque
-
-    def __post_init__(self) -> None:
-        require_flags_of(self)
-        level = level_named(self.level)
-        object.__setattr__(self, "level", level)
-        if self.refit and not level.has_torque_terms:
-            raise UsageError(
-                f"level {level} has no coefficients of its own to refit",
-                where="refit",
-                expected="level term or energy",
-                found=f"level {level}",
-            )
-        for name, kind, expected in (
-            ("effort", numbers.Real, "a number above 0"),
-            ("sine_price", numbers.Real, "a number of operations"),
-            ("within", (numbers.Real, type(None)), "a number of seconds"),
-            ("operations", (numbers.Integral, type(None)), "a number of operations"),
-        ):
-            require_type(getattr(self, name), kind, name, expected)
-        if not self.effort > 0.0:
-            value = str(self.effort)
-            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
-        if self.sine_price < 0:
-            value = str(self.sine_price)
-            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
-        if self.within is not None and not self.within > 0.0:
-            value = f"{self.within} s"
-            raise UsageError("the time is not positive", where="within", expected="above 0", found=value)
-        if self.operations is not None and level.is_program:
-            raise UsageError(
-                "level fast takes a budget, not a number of operations",
-                where="operations",
-                expected="level term or energy",
-                found="level fast",
-            )
-        if self.operations is not None and self.operations < 0:
-            raise UsageError("the number is negative", where="operations", found=str(self.operations))

@@ -13,17 +13,17 @@ from gd_analyze.arrays import FloatArray, set_points_last
 from gd_analyze.errors import ModelError, require_type
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
-from gd_analyze.formulas.steps import NamedSteps
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
-from gd_analyze.operations.program import OperationCount, Program, plain_program
+from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import STATED, Accuracy, SearchStep, budget_notice
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import FINAL, functions_of_terms, torque_program
@@ -44,11 +44,9 @@ class SimplifiedModel:
     form
         The exact dynamics that it approximates.
     terms
-        Numbers by kept term, of the level's own type; none of a program that a search found.
+        Numbers by kept term, of the level's own type.
     program
         The torques as a straight-line program, from which D, h and c follow.
-    refitted
-        Whether kept coefficients were refitted to compensate for dropped ones.
     accuracy
         Budget, errors, and the states at which they were measured.
     provenance
@@ -59,7 +57,6 @@ class SimplifiedModel:
     form: ExactForm
     terms: Terms
     program: Program
-    refitted: bool = False
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -91,7 +88,7 @@ class SimplifiedModel:
         printer = Plain()
         written = Written(())
         if len(self.terms) <= _MOST_SHOWN:
-            written = self.equations if self.level.is_structured else Written(self.formulas, self.legend)
+            written = self.equations if self.level is TERM else Written(self.formulas, self.legend)
         lines = [printer.wrapped(formula, 100) for formula in written.formulas]
         legend = ", ".join(printer.legend(written.legend)) if written.legend else ""
         return html_of(
@@ -104,10 +101,13 @@ class SimplifiedModel:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Number of its `level.keeps`, terms kept or operations, and of all."""
-        if self.level.is_program:
-            return self.operations.total, self.operations_full.total
-        return self.level.size(self.form, self.terms)
+        """Number of its `level.keeps`, and of all."""
+        return len(self.terms), len(self.level.terms(self.form))
+
+    @property
+    def has_terms(self) -> bool:
+        """Whether it is a sum of harmonic terms, so that its D is symmetric, rather than of parts."""
+        return isinstance(self.level, HarmonicLevel)
 
     @property
     def arm(self) -> RobotArm:
@@ -137,14 +137,14 @@ class SimplifiedModel:
     @property
     def saves_functions(self) -> bool:
         """Whether its D, h and c take fewer operations than the exact ones, at a level that offers them."""
-        if not self.level.is_structured:
+        if self.level is not TERM:
             return False
         return self.functions.operations.total < self.form.functions.operations.total
 
     @property
     def operations_minimized(self) -> OperationCount:
         """Operations that its search minimised: of D, h and c at level term, else of the torque."""
-        return self.functions.operations if self.level.is_structured else self.operations
+        return self.functions.operations if self.level is TERM else self.operations
 
     @property
     def is_exact(self) -> bool:
@@ -168,9 +168,7 @@ class SimplifiedModel:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """Its torques as equations, one per joint; of a program, behind those of its named steps."""
-        if self.level.is_program:
-            return NamedSteps(self.program).formulas
+        """Its torques as equations, one per joint."""
         return self.level.formulas(self.form, self.terms)
 
     @property
@@ -194,8 +192,6 @@ class SimplifiedModel:
     @property
     def legend(self) -> Legend:
         """Meaning of the names in its equations."""
-        if self.level.is_program:
-            return NamedSteps(self.program).legend
         return self.level.legend(self.form, self.terms)
 
     @cached_property
@@ -244,19 +240,12 @@ class SimplifiedModel:
     @cached_property
     def functions(self) -> Functions:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
-        if self._drops_nothing:
+        if self.terms == self.level.terms(self.form):
             return self.form.functions
-        if not self.level.has_torque_terms:
+        if not self.has_terms:
             return functions_of(self.program, self.arm.n_joints)
         by_terms = functions_of_terms(self.form.velocities, self.torques, FINAL)
         return by_terms.cheapest(functions_of(self.program, self.arm.n_joints, symmetric=True))
-
-    @property
-    def _drops_nothing(self) -> bool:
-        """Whether it is the exact dynamics: all terms of its level or, without terms, the exact program."""
-        if self.level.is_program:
-            return plain_program(self.program) == plain_program(self.form.program)
-        return self.terms == self.level.terms(self.form)
 
     def gamma(self, exact: ExactDynamics) -> float:
         """Largest magnitude of the eigenvalues of D^-1 Ds - I at given states, with its own D as Ds.
@@ -267,7 +256,7 @@ class SimplifiedModel:
 
     def gammas(self, exact: ExactDynamics) -> FloatArray:
         """The same at every position, shape (N,), with D from the torque's program, as a search has it."""
-        inertia = inertia_program(self.program, self.arm.n_joints, self.level.has_symmetric_inertia)
+        inertia = inertia_program(self.program, self.arm.n_joints, self.has_terms)
         return gammas(exact.inertia, self._matrix(inertia, exact.states.q))
 
     def _matrix(self, program: Program, q: FloatArray) -> FloatArray:

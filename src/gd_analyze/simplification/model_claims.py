@@ -21,7 +21,6 @@ from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.operations.program import plain_program
-from gd_analyze.operations.torque_structure import structure_fault
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.simplification.accuracy import (
     Accuracy,
@@ -71,30 +70,15 @@ def require_equal(where: str, stated: Any, value: Any) -> None:
 
 
 def require_terms_computed(model: SimplifiedModel) -> None:
-    """Raise a ModelError if a program, written out, differs from its terms at any state.
-
-    A program without terms needs the structure of a torque, from which D, h and c follow.
-    """
+    """Raise a ModelError if a program, written out, differs from its terms at any state."""
 
     def misfit(expected: str, value: str) -> ModelError:
-        message = f"the program does not compute the {'torques' if model.level.is_program else 'terms'}"
+        message = "the program does not compute the terms"
         return ModelError(message, where="steps", expected=expected, found=value, next_step=WRITE_AGAIN)
 
     n = model.arm.n_joints
     if len(model.program.outputs) != n:
         raise misfit(f"{n} outputs", f"{len(model.program.outputs)}")
-    if model.level.is_program:
-        fault = structure_fault(model.program)
-        if fault:
-            expected = "sums linear in accelerations and quadratic in velocities"
-            raise ModelError(
-                "the program is not a torque",
-                where="steps",
-                expected=expected,
-                found=fault,
-                next_step=WRITE_AGAIN,
-            )
-        return
     rewritten = model.level.write(model.form, model.terms, ROUGH)
     if plain_program(rewritten) == plain_program(model.program):
         return

@@ -46,7 +46,7 @@ from gd_analyze.simplification.model_claims import (
 from gd_analyze.text import field_fault, in_python, json_fault
 
 MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
-VERSION: Literal[6] = 6
+VERSION: Literal[7] = 7
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
 _BEGIN = 200  # bytes that hold the format's name
@@ -139,11 +139,10 @@ class ModelDocument(Checked):
     """The whole file."""
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[6]
+    version: Literal[7]
     level: str
     velocities: Literal["absolute", "joint"]  # those of the terms
     drives: bool
-    refitted: bool
     budget: str
     errors_are: Literal["sampled at the states of fitted_on"]
     errors: list[_JointError]
@@ -171,7 +170,6 @@ def document_of(model: SimplifiedModel) -> ModelDocument:
         level=model.level.name,
         velocities="joint" if isinstance(model.form, JointForm) else "absolute",
         drives=model.drives,
-        refitted=model.refitted,
         budget=accuracy.budget,
         errors_are="sampled at the states of fitted_on",
         errors=_errors(model, accuracy),
@@ -236,7 +234,6 @@ def _model_of(document: ModelDocument) -> SimplifiedModel:
         form=form,
         terms=level.from_entries(form, document.terms),
         program=read_back(document.steps, document.outputs, inputs),
-        refitted=document.refitted,
         accuracy=Accuracy(
             allowed,
             document.budget,

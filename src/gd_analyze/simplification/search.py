@@ -1,22 +1,28 @@
-"""The cheapest terms within a budget: a descent, attempts to improve it, a usable D, and a refit."""
+"""The cheapest terms within a budget: a descent, attempts to improve it, and a usable D."""
 
 from __future__ import annotations
 
+import math
+import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.terms import EnergyTerm
+from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import InertiaTerms
-from gd_analyze.simplification.level import CandidateLevel, Found
-from gd_analyze.simplification.levels import SearchOptions
-from gd_analyze.simplification.refit import refitted
+from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.selection import (
     USUAL_SELECTION,
     Selection,
@@ -25,7 +31,8 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.simplification.torque_program import COUNTING, ROUGH
+from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
+from gd_analyze.text import SINE_PRICE
 
 # Called with the number of terms dropped since the last call.
 TermProgress = Callable[[int], None] | None
@@ -47,19 +54,57 @@ class _InertiaSettings:
 _SETTINGS = _InertiaSettings()
 
 
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search."""
+
+    level: Level = TERM
+    thorough: bool = True  # attempts after the first descent; without them, the descent alone
+    writing: Effort = FINAL  # spent on the program of the model
+    effort: float = 1.0  # number of attempts, relative to the usual
+    # Successive selections, which a search continues and extends.
+    selections: list[Terms] | None = None
+    same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
+    most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
+    sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
+    dearer: bool = False  # return the result even if it takes more operations than the exact torque
+
+    def __post_init__(self) -> None:
+        require_flags_of(self)
+        level = level_named(self.level)
+        object.__setattr__(self, "level", level)
+        for name, kind, expected in (
+            ("effort", numbers.Real, "a number above 0"),
+            ("sine_price", numbers.Real, "a number of operations"),
+        ):
+            require_type(getattr(self, name), kind, name, expected)
+        if not self.effort > 0.0:
+            value = str(self.effort)
+            raise UsageError("the effort is not positive", where="effort", expected="above 0", found=value)
+        if self.sine_price < 0:
+            value = str(self.sine_price)
+            raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
+
+
+class FoundTerms(NamedTuple):
+    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
+
+    terms: Terms
+    program: Program
+    steps: tuple[SearchStep, ...]
+
+
 def selected_terms(
-    exact: ExactDynamics,
-    level: CandidateLevel,
-    allowed: FloatArray,
-    options: SearchOptions,
-    progress: TermProgress = None,
-) -> Found:
+    exact: ExactDynamics, allowed: FloatArray, options: SearchOptions, progress: TermProgress = None
+) -> FoundTerms:
     """Search for the terms to keep; a TooManyTermsError if too many matter.
 
     A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
     """
     start = options.selections[-1] if options.selections else None
-    candidates = candidates_of(exact, level, allowed, sine_price=options.sine_price, included=start or {})
+    candidates = candidates_of(
+        exact, options.level, allowed, sine_price=options.sine_price, included=start or {}
+    )
     settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
     repair(selection, settings)
@@ -79,18 +124,12 @@ def selected_terms(
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
-    terms, is_refitted = candidates.chosen(selection.selected), False
-    if options.refit:
-        fitted = refitted(candidates, selection.selected, candidates.stays)
-        if fitted is not None:
-            terms, is_refitted = candidates.chosen(*fitted), True
-            steps.append(SearchStep("refit", level.operations(exact.form, terms, COUNTING)))
+    terms = candidates.chosen(selection.selected)
     if progress is not None:
         progress(candidates.total - len(terms))
     if options.selections is not None:
         options.selections.append(terms)
-    program = candidates.write(terms, options.writing)
-    return Found(terms, program, is_refitted, tuple(steps))
+    return FoundTerms(terms, candidates.write(terms, options.writing), tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:
@@ -142,15 +181,3 @@ def _cheapest(candidates: Candidates, selections: list[Selection]) -> Selection:
 
 def _operations(candidates: Candidates, selection: Selection) -> int:
     return candidates.level.operations(candidates.form, candidates.chosen(selection.selected), ROUGH)
-
-
-def quick_count(exact: ExactDynamics, level: CandidateLevel, allowed: FloatArray) -> Callable[[float], int]:
-    """Estimate operations of the torque for multiples of a budget from descents alone."""
-    candidates = candidates_of(exact, level, allowed)
-
-    def count(factor: float) -> int:
-        selection = candidates.selection()
-        descend(selection, candidates.stays, limit=factor)
-        return candidates.write(candidates.chosen(selection.selected), COUNTING).count.total
-
-    return count

@@ -8,6 +8,7 @@ taken if it costs no more. All numbers are counted, none timed: the same input g
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +17,9 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.effects import Effects, Mask
-from gd_analyze.simplification.level import Costs
+
+# Operations by the set of terms, by index, that need them.
+Costs = Mapping[frozenset[int], int]
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from gd_analyze.formulas.writing import term_formula
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import MANY_TERMS, largest_terms, require_few_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
-from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.level import CandidateLevel, Terms
+from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
+from gd_analyze.simplification.level import Terms
 from gd_analyze.text import html_of, percent
 from gd_analyze.threads import one_thread
 
@@ -74,7 +74,7 @@ class TermRanking:
 
 @one_thread()
 def rank_terms(
-    exact: ExactDynamics, level: CandidateLevel = TERM, *, included: Sequence[Terms] = ()
+    exact: ExactDynamics, level: HarmonicLevel = TERM, *, included: Sequence[Terms] = ()
 ) -> TermRanking:
     """Rank the terms of an arm's dynamics by their torque at given states.
 

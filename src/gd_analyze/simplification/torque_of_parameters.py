@@ -46,7 +46,7 @@ def torque_of_parameters(model: SimplifiedModel, base: BaseParameters) -> Progra
     for term, weight in model.terms.items():
         size = np.abs(of_terms[term]) @ np.abs(numbers)
         if abs(of_terms[term] @ numbers - weight) > _ROUND_OFF * size:
-            raise _refused(model, "fitted coefficients")
+            raise _refused(model, "coefficients of another arm")
     torques = summed_per_unit(
         (per_unit, level.source(model.form, term)) for term, per_unit in of_terms.items()
     )
@@ -57,7 +57,7 @@ def _refused(model: SimplifiedModel, reason: str) -> UsageError:
     return UsageError(
         "the model's coefficients are no sums of base parameters",
         where="functions",
-        expected="a model of level term or energy, not refitted",
+        expected="a model of level term or energy",
         found=reason,
         next_step=f"export the exact torque of {model.arm.name}: name the arm in place of the model",
     )

@@ -10,27 +10,16 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.candidates import TooManyTermsError
-from gd_analyze.simplification.exact import ExactForm, too_many_terms
+from gd_analyze.simplification.candidates import TooManyTermsError, require_few_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
-from gd_analyze.simplification.fast import FAST
+from gd_analyze.simplification.harmonic import HARMONIC_LEVELS, TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import LEVELS, SearchOptions
 from gd_analyze.simplification.model import exactly
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.threads import one_thread
 
-# Level and refit: every level of single terms, with a refit and without.
-LevelAndRefit = tuple[Level, bool]
-LEVELS_AND_REFITS: tuple[LevelAndRefit, ...] = tuple(
-    (level, refit) for level in LEVELS.values() if level.has_torque_terms for refit in (False, True)
-)
 BUDGET_FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-
-
-def kinds_for(form: ExactForm) -> tuple[LevelAndRefit, ...]:
-    """Kinds that make sense for an arm: programs if it has too many terms to choose from."""
-    return ((FAST, False),) if too_many_terms(form) else LEVELS_AND_REFITS
 
 
 @dataclass(frozen=True)
@@ -38,18 +27,17 @@ class TradeOffPoint:
     """One model of the curve; the exact one if nothing cheaper is within the budget."""
 
     level: Level
-    refit: bool
     factor: float  # multiple of the curve's budget
     budget: str  # as written by a user
     operations: OperationCount  # of one torque evaluation
     error_share: float  # largest error of any joint over its `Budget.shares_of`
 
 
-def curves(points: Sequence[TradeOffPoint]) -> dict[LevelAndRefit, tuple[TradeOffPoint, ...]]:
-    """Points by level and refit, each with growing budget."""
-    kinds = dict.fromkeys((point.level, point.refit) for point in points)
+def curves(points: Sequence[TradeOffPoint]) -> dict[Level, tuple[TradeOffPoint, ...]]:
+    """Points by level, each with growing budget."""
+    levels = dict.fromkeys(point.level for point in points)
     ordered = sorted(points, key=lambda point: point.factor)
-    return {kind: tuple(p for p in ordered if (p.level, p.refit) == kind) for kind in kinds}
+    return {level: tuple(point for point in ordered if point.level is level) for level in levels}
 
 
 @strict
@@ -59,14 +47,14 @@ def trade_off(
     budget: Budget | str | None = None,
     *,
     factors: Sequence[float] = BUDGET_FACTORS,
-    kinds: Sequence[LevelAndRefit] | None = None,
+    levels: Sequence[Level] = tuple(HARMONIC_LEVELS.values()),
     thorough: bool = True,
     progress: Callable[[int], None] = lambda _: None,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
 
     A model within a smaller budget is also within a larger one: no point takes more operations than one of
-    its kind for a smaller budget.
+    its level for a smaller budget.
 
     Parameters
     ----------
@@ -76,8 +64,8 @@ def trade_off(
         The budget to scale; by default 1 % of each joint's peak torque.
     factors
         Multiples of the budget.
-    kinds
-        Pairs of level and refit; by default those of `kinds_for`.
+    levels
+        Levels of single terms.
     thorough
         Search each point as `simplify` does; otherwise by a descent alone, which is quicker.
     progress
@@ -86,20 +74,26 @@ def trade_off(
     Returns
     -------
     tuple
-        Points (`TradeOffPoint`) by kind and growing budget.
+        Points (`TradeOffPoint`) by level and growing budget.
+
+    Raises
+    ------
+    TooManyTermsError
+        If the arm has too many terms to be written out.
     """
     require_exact(exact)
+    require_few_terms(exact, TERM)
     warn_of_torques(exact)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     points: list[TradeOffPoint] = []
-    for level, refit in kinds_for(exact.form) if kinds is None else kinds:
+    for level in levels:
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
             scaled = budget.scaled(factor)
-            options = SearchOptions(level, refit, thorough=thorough)
+            options = SearchOptions(level, thorough=thorough)
             try:
                 model = simplify_exact(exact, scaled, options)
             except TooManyTermsError:  # so many that any model costs more than the exact torque
@@ -108,6 +102,6 @@ def trade_off(
             error = best.accuracy.errors.largest
             # The largest share of any joint; a joint without torque has none.
             share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
-            points.append(TradeOffPoint(level, refit, factor, str(scaled), best.operations, share))
+            points.append(TradeOffPoint(level, factor, str(scaled), best.operations, share))
             progress(1)
     return tuple(points)

@@ -1,1 +1,1 @@
-"""One library call per study: the main job, comparison, control, evaluation."""
+"""One library call per study: the main job, comparison, evaluation."""

@@ -21,7 +21,6 @@ from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.studies.settings import Settings
-from gd_analyze.text import whole_number_in
 from gd_analyze.units import Quantity
 
 # Other options of a row: how the arm is chosen from its file, and what it carries.
@@ -29,7 +28,7 @@ PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
 SETTING_NAMES = tuple(entry.name for entry in fields(Settings))
 KEYS = ("arm", "trajectory", "payload", *PICKED, *SETTING_NAMES)
 _FLAG = "true or false"
-_EXPECTED = {"dominance": "a share such as 10% or 0.1", "operations": "a whole number of 0 or more"}
+_EXPECTED = {"dominance": "a share such as 10% or 0.1"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
@@ -161,8 +160,6 @@ def settings_of(row: BatchRow) -> dict[str, Any]:
             parsed = _FLAGS.get(text.lower())
         elif key == "dominance":
             parsed = Quantity.si_of(text, "share")
-        elif key == "operations":
-            parsed = whole_number_in(text)
         if parsed is None:
             raise UsageError(
                 "the option cannot be read", where=key, expected=_EXPECTED.get(key, _FLAG), found=text

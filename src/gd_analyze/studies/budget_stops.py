@@ -14,7 +14,7 @@ from gd_analyze.schema import table
 from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.candidates import TooManyTermsError, terms_beyond
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import CandidateLevel
+from gd_analyze.simplification.harmonic import HarmonicLevel
 from gd_analyze.simplification.torque_program import READABLE
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def named_budgets(arm: RobotArm) -> tuple[Budget, ...]:
 
 def stop_at(
     exact: ExactDynamics,
-    level: CandidateLevel,
+    level: HarmonicLevel,
     budget: Budget,
     search: Callable[[Budget], Held],
     most: float = READABLE,
@@ -72,7 +72,7 @@ def stop_at(
         return Stop(budget, None, beyond)
 
 
-def wider_stop(exact: ExactDynamics, level: CandidateLevel, budget: Budget) -> Stop | None:
+def wider_stop(exact: ExactDynamics, level: HarmonicLevel, budget: Budget) -> Stop | None:
     """The smallest larger budget that is likely to have a readable model; it is not searched."""
     least = exact.under(budget).allowed(budget)
     for wider in map(Budget.parse, _WIDER):

@@ -29,7 +29,7 @@ from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joi
 from gd_analyze.results.diagnosis_result import table_of_faults
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.levels import SearchOptions
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.text import named_joints, number, percent, with_error
 
@@ -206,10 +206,7 @@ def _headline(identification: Identification, answer: Supported | str | None) ->
 
 def _notices(identification: Identification, answer: Supported | str | None) -> Iterator[str]:
     if isinstance(answer, str):
-        yield (
-            f"How many operations the log supports is not stated: {answer}. With the identified arm, "
-            f"`gd-analyze simplify ROBOT LOG --budget {SUPPORTED} --at-set-points --level fast` finds out."
-        )
+        yield f"How many operations the log supports is not stated: {answer}."
     if identification.doubts:
         yield (
             "Log and file may not both be right. The identified arm carries these doubts: "

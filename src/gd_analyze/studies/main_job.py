@@ -18,8 +18,7 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.collect import collect_step
-from gd_analyze.studies.steps.decompose import StepProgress, decompose_step
-from gd_analyze.studies.steps.rank import rank_step, warn_of_too_many_terms
+from gd_analyze.studies.steps.decompose import StepProgress, decompose_step, rank_step, warn_of_too_many_terms
 from gd_analyze.studies.steps.read import read_step, source_of, warn_of_inputs
 from gd_analyze.studies.steps.simplify import simplify_step
 from gd_analyze.studies.study_files import write_findings

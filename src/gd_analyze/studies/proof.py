@@ -48,7 +48,7 @@ def proof(
     if motion is not None:
         between = Box.around(motion.q, motion.qd, motion.qdd)
         extremes = certify(model, between, effort=effort, harmonics=harmonics, progress=progress)
-    if model.level.has_symmetric_inertia:
+    if model.has_terms:
         positions = max(1, effort * positive_definite.INERTIA_POSITIONS // bounds.POSITIONS_PER_JOINT)
         definiteness = certify_positive_definite(model, region, effort=positions)
     largest = largest_torque(model, region, harmonics=harmonics)

@@ -18,7 +18,7 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, require_no_budget
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import level_named
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,15 +30,15 @@ class Settings:
     budget
         Allowed torque error, or its text such as "1% or 10% friction". By default 1 % of peak torque or, if
         its model has more terms than one can read, the next of `named_budgets`.
-    level, refit, operations
-        How to simplify, see `gd_analyze.simplification.levels.SearchOptions`.
+    level
+        How to simplify, see `gd_analyze.simplify`.
     verdicts
         At level "element", keep the dominant part of every element by verdicts over the set points ("own") or
         by [FGL87]'s ("text"). This level is written without a search: its error is stated as its
         budget; `budget` only says which elements are negligible.
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
-        `simplify`. With `operations` it holds at the set points.
+        `simplify`.
     drives
         Include drive inertia as a separate contribution; by default if the arm describes drives.
     margin
@@ -64,8 +64,6 @@ class Settings:
 
     budget: Budget | str | None = None
     level: str | Level = TERM
-    refit: bool = False
-    operations: int | None = None
     verdicts: str = "own"
     at_set_points: bool = False
     drives: bool | None = None
@@ -86,9 +84,8 @@ class Settings:
         if isinstance(self.uncertainty, str):
             object.__setattr__(self, "uncertainty", StatedUncertainty.parse(self.uncertainty))
         level = level_named(self.level)
-        SearchOptions(level, self.refit, self.operations)  # refuses options that no search accepts
-        if self.operations is not None or self.at_set_points:
-            require_no_budget(level, f"operations {self.operations}, at_set_points {self.at_set_points}")
+        if self.at_set_points:
+            require_no_budget(level, "at_set_points")
         if self.verdicts not in VERDICT_SOURCES or (self.verdicts != "own" and level is not ELEMENT):
             expected = f"{' or '.join(VERDICT_SOURCES)}, with level element"
             found = f"{self.verdicts}, level {level}"

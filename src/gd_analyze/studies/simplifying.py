@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, cast
 
 from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
@@ -24,11 +24,10 @@ from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import TermProgress
+from gd_analyze.simplification.search import SearchOptions, TermProgress
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.studies.tracking import Tracked, TrackingBudget, simplify_for_tracking
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -44,11 +43,8 @@ def simplify(
     budget: Budget | str | None = None,
     *,
     level: str | Level = TERM,
-    refit: bool = False,
-    operations: int | None = None,
     drives: bool | None = None,
     effort: float = 1.0,
-    within: float | None = None,
     sine_price: int = SINE_PRICE,
     margin: Margin | str | None = None,
     at_set_points: bool = False,
@@ -68,26 +64,17 @@ def simplify(
         worst velocities and accelerations of each, and at those reached by an ascent from the worst. At given
         states only: those of a decomposition, or any others, see `states_in_box`.
     budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`, or along
-        a motion the allowed tracking error, "tracking 0.1deg"; by default 1 % of each joint's peak torque
-        over the states.
+        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
+        default 1 % of each joint's peak torque over the states.
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
-        method of [FGL87], which keeps no budget but states its error. "fast": the shortest torque
-        program that a search finds; it needs Numba.
-    refit
-        Change kept coefficients to compensate for dropped ones.
-    operations
-        Most multiplications and additions of the torque; the budget is scaled to the smallest that allows it,
-        and holds at the states only.
+        method of [FGL87], which keeps no budget but states its error.
     drives
         Include drive inertia, or take the links alone; by default it is included if the arm describes
         drives, see `ExactDynamics.of`.
     effort
         Length of the search relative to the usual one.
-    within
-        Level fast: seconds after which the search ends with the shortest program found by then.
     sine_price
         Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
         multiplications and additions are minimized.
@@ -114,7 +101,7 @@ def simplify(
     ------
     UsageError
         If the budget is not understood, does not fit the number of joints, or is a share of a number that the
-        arm does not state; if the level has nothing to refit; if a margin or a proof is asked for where the
+        arm does not state; if a margin or a proof is asked for where the
         budget holds at given states only; or if not even the exact model can be certified.
     TrajectoryError
         If no motion leads from one set point to the next; `at_set_points` does without one.
@@ -134,9 +121,7 @@ def simplify(
     True
     """
     arm = arm_with_masses(arm)
-    options = SearchOptions(
-        level_named(level), refit, operations, effort=effort, sine_price=sine_price, within=within
-    )
+    options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
     if states is None:
         states = states_in_box(arm)
@@ -148,11 +133,10 @@ def simplify(
         raise UsageError(message, where="region", expected=expected, found=in_python(region))
     exact = ExactDynamics.of(arm, states, drives)
     warn_of_torques(exact)
-    tracking = TrackingBudget.parse(budget) if isinstance(budget, str) else None
-    search = search_model(
+    held_model = search_model(
         exact,
         motion,
-        tracking or budget,
+        budget,
         options,
         region=region,
         margin=margin,
@@ -160,20 +144,13 @@ def simplify(
         certified=certified,
         verdicts=verdicts,
     )
-    return search.held.model
-
-
-class FoundModel(NamedTuple):
-    """A model and, where it was made for a tracking error, how it tracks."""
-
-    held: Held
-    tracked: Tracked | None = None
+    return held_model.model
 
 
 def search_model(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | TrackingBudget | str | None,
+    budget: Budget | str | None,
     options: SearchOptions,
     *,
     region: Box | Tube | None = None,
@@ -184,7 +161,7 @@ def search_model(
     provenance: Mapping[str, str] | None = None,
     stage: Callable[[str], object] = lambda _: None,
     progress: TermProgress = None,
-) -> FoundModel:
+) -> Held:
     """Search as `simplify` does, from exact dynamics at the set points of a motion, or at other states.
 
     Parameters
@@ -203,10 +180,10 @@ def search_model(
     UsageError
         As for `simplify`.
     """
-    is_element, at_states = options.level is ELEMENT, at_states or options.operations is not None
+    is_element = options.level is ELEMENT
     if (at_states or is_element) and (certified or margin is not None or region is not None):
         message = "the budget holds at given states only"
-        where, expected = "at_set_points, operations or level element", "neither region, margin nor certified"
+        where, expected = "at_set_points or level element", "neither region, margin nor certified"
         next_step = "give a trajectory, or none for the arm's limits"
         raise UsageError(message, where=where, expected=expected, next_step=next_step)
     if margin is not None and (motion is None or region is not None):
@@ -216,27 +193,18 @@ def search_model(
         message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
         raise UsageError(message, where="verdicts", expected=expected, found=in_python(verdicts))
     if is_element:
-        if budget is not None or options.operations is not None:
-            require_no_budget(options.level, f"budget {budget}, operations {options.operations}")
+        if budget is not None:
+            require_no_budget(options.level, f"budget {budget}")
         model = with_gamma(exact, model_by_verdicts(exact, verdicts))
-        return FoundModel(Held(replace(model, provenance=dict(provenance or {}))))
+        return Held(replace(model, provenance=dict(provenance or {})))
 
     near = region
     if near is None and not at_states:
         near = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
 
-    def search(allowed: Budget | str | None) -> Held:
-        if near is None:
-            model = simplify_exact(
-                exact, allowed, options, provenance=provenance, stage=stage, progress=progress
-            )
-            return Held(model)
-        return simplify_held(
-            exact, allowed, near, options, certified=certified, provenance=provenance, stage=stage
-        )
-
-    if isinstance(budget, TrackingBudget):
-        budget.settings.tolerance.require_joint_of(exact.arm)
-        tracked = simplify_for_tracking(budget, exact.form, motion, search)
-        return FoundModel(tracked.held, tracked)
-    return FoundModel(search(budget))
+    if near is None:
+        model = simplify_exact(exact, budget, options, provenance=provenance, stage=stage, progress=progress)
+        return Held(model)
+    return simplify_held(
+        exact, budget, near, options, certified=certified, provenance=provenance, stage=stage
+    )

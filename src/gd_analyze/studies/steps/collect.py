@@ -17,11 +17,9 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results import motion_tables, run_tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.simplification.element import ELEMENT
-from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.studies.budget_stops import stops_table
-from gd_analyze.studies.steps.decompose import RunDynamics
-from gd_analyze.studies.steps.rank import rank_step
+from gd_analyze.studies.steps.decompose import RunDynamics, rank_step
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.simplify import RunModels
 
@@ -37,7 +35,7 @@ _DRAWN_ARMS = 2000
 def collect_step(inputs: RunInputs, dynamics: RunDynamics, models: RunModels) -> Findings:
     """Put everything found into tables; of a long motion at the set points shown."""
     trajectory, dataset = dynamics.points.shown(models.worst)
-    is_element = level_named(inputs.settings.level) is ELEMENT
+    is_element = inputs.settings.level is ELEMENT
     model, elements = (
         replace(each, form=each.form.of_arm(dynamics.arm)) for each in (models.model, models.elements)
     )

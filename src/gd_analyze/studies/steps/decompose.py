@@ -1,4 +1,4 @@
-"""The second step of the main job: the exact dynamics at the set points, checked."""
+"""The second and third step of the main job: the exact dynamics, checked, and its elements ranked."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from gd_analyze.diagnosis.diagnose import diagnosed
+from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
@@ -18,6 +19,7 @@ from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.studies.steps.read import RunInputs
@@ -87,3 +89,21 @@ def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, st
     except UsageError as error:
         return None, f"No diagnosis: {error.what}."
     return tabulated, str(tabulated.attrs["answer"])
+
+
+def rank_step(inputs: RunInputs, dynamics: RunDynamics, budget: Budget) -> xr.Dataset:
+    """Rank the elements by what they do to torque, and give verdicts at a budget."""
+    return rank(
+        dynamics.points.dataset,
+        threshold=inputs.settings.dominance,
+        budget=dynamics.exact.under(budget).allowed(budget),
+        extremes=dynamics.points.extremes,
+    )
+
+
+def warn_of_too_many_terms(dynamics: RunDynamics) -> None:
+    """Warn where single terms are not ranked."""
+    if dynamics.too_many_terms:
+        name = dynamics.exact.arm.name
+        text = f"{name} has {dynamics.too_many_terms}: elements are ranked, single terms are not"
+        warnings.warn(text, GdAnalyzeWarning, stacklevel=2)

@@ -17,10 +17,10 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.fast import FAST
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.levels import SearchOptions, level_named
+from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
@@ -124,10 +124,11 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) 
     def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
         elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
         elements = replace(elements, provenance=inputs.source)
-        if level_named(settings.level) is ELEMENT:
+        if settings.level is ELEMENT:
             return elements, Held(elements)
         if is_exact:
-            model = with_gamma(exact, exactly(exact, FAST, exact.allowed(budget), str(budget)))
+            # By its parts: its terms may be a million.
+            model = with_gamma(exact, exactly(exact, ELEMENT, exact.allowed(budget), str(budget)))
             return elements, Held(replace(model, provenance=inputs.source))
         # The first call searches no second time.
         return elements, searched.pop() if searched else search_at(exact, budget)
@@ -140,9 +141,9 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) 
 def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
-    At other levels, and with a limit on operations, there is one budget, which is searched later.
+    At other levels there is one budget, which is searched later.
     """
-    if level_named(settings.level) is not TERM or settings.operations is not None:
+    if settings.level is not TERM:
         return [], settings.asked
     is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
     budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
@@ -175,12 +176,10 @@ def _model_at(
     settings, source = inputs.settings, inputs.source
     options = SearchOptions(
         level_named(settings.level),
-        settings.refit,
-        settings.operations,
         same_velocities=same_velocities,
         most_terms=most_terms,
     )
-    if settings.at_set_points or settings.operations is not None or not inputs.has_tube:
+    if settings.at_set_points or not inputs.has_tube:
         model = simplify_exact(
             exact, budget, options, progress=progress.advance, provenance=source, stage=progress
         )
@@ -200,7 +199,7 @@ def _other_budgets(
         steps: Sequence[SimplifiedModel] = (model,)
     else:
         near = search.held.near or exact
-        # With a limit on operations, and at level element, the model keeps another budget.
+        # At level element the model keeps another budget.
         steps = budget_path(near, model.accuracy.asked, measured(near, model))
     path = dynamics.points.path(exact, steps)
     models_of_stops = {
@@ -222,7 +221,7 @@ def _other_budgets(
 def _efforts(dynamics: RunDynamics, model: SimplifiedModel) -> Efforts | None:
     """Efforts of the model's certificates; None if it has too many terms, or too long a program."""
     is_short = not dynamics.too_many_terms
-    if is_short and model.level.has_torque_terms:
+    if is_short and model.has_terms:
         return _USUAL_EFFORTS
     with suppress(TooLongError):
         if (is_short or not model.is_exact) and usual_effort(model) is not None:

@@ -1,1 +1,0 @@
-"""Search for programs of few operations, compiled by Numba."""
