@@ -188,7 +188,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     PLAN + " --via 1,1": ("error: --via",),
     "simplify two_link --budget|tracking 0.1deg": ("error: --budget, entry 1", "'tracking 0.1deg'"),
     "columns two_link x.csv --map torque=tau": ("--map", "found: torque=tau", "torque:JOINT"),
-    "sweep m.json x.csv --vary speed=1..2": ("error: m.json", "a .json file"),
     "export two_link --to fortran": ("fortran", "casadi, cpp"),
     "export two_link --to c --name|a b": ("found: a b", "a_b"),
     "export two_link --to c --name double": ("found: double", "arm_double"),
