@@ -150,12 +150,12 @@ def is_unexplained(fit: FileFit, settings: DiagnosisSettings) -> bool:
     return fit.changed > settings.most_changes or largest_residual > settings.most_residual_share
 
 
-def claimed(problem: Problem, ranking: Sequence[Candidate]) -> list[Candidate]:
+def claimed(problem: Problem, ranking: Sequence[Candidate], *, pairs: bool = True) -> list[Candidate]:
     """The cause, or the pair of causes, of a ranking that is claimed; none if none is."""
     single = [cause for cause in ranking[:1] if is_claimable(cause, problem)]
     if single and single[0].fit is not None and not is_unexplained(single[0].fit, problem.settings):
         return single
-    return _pair(problem, ranking, single) or single
+    return (pairs and _pair(problem, ranking, single)) or single
 
 
 def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candidate]) -> list[Candidate]:

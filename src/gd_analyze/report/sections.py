@@ -103,19 +103,21 @@ def _measured(findings: Findings) -> Section:
         *motion_result.friction_tables(table, findings.arm),
         *_diagnosis(findings),
     )
-    note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
+    note = f"{table.attrs['agreement']} Compared at {table.attrs['compared']} set points{alike}."
     return Section("measured", "Measured torque and the model's", parts, note)
 
 
 def _diagnosis(findings: Findings) -> Iterator[Part]:
-    """What a log that contradicts the arm tells: causes tried, and the worst joint's residuals."""
+    """Causes tried, and the worst joint's residuals, where something is left to explain."""
     if "diagnosis" not in findings.tables:
         return
     table = findings.tables["diagnosis"]
     joint = worst_joint(table)
-    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
+    is_explained = findings.tables["measured_torque"].attrs["verdict"] in ("agrees", "tells nothing")
+    drawings = () if joint is None or is_explained else (where_drawing(table, findings.arm, [joint]),)
     parts = (*drawings, *causes_table(table), *faults_table(table))
-    yield Section("", "Why log and arm contradict each other", parts, str(table.attrs["answer"]))
+    if parts:
+        yield Section("", "What is left of the measured torque", parts)
 
 
 def _torque(findings: Findings) -> Section:
