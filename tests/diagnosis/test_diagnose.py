@@ -410,7 +410,7 @@ def problem_of_columns(tmp_path_factory) -> Problem:
     """Of a log with columns, all of whose joints move."""
     robot = Robot.of(gd.load_arm("puma560"), 5, seconds=4.0)
     path = written(tmp_path_factory.mktemp("columns"), *robot.as_it_is)
-    return gd.diagnose(robot.file, path, thorough=False).problem
+    return gd.diagnose(robot.file, path).problem
 
 
 @pytest.mark.parametrize(
@@ -518,6 +518,6 @@ def test_a_little_lag_is_looked_for_where_links_would_hide_it(robot, two_link, l
     """As before an identification: a log that fits is accepted, and one that is late is not."""
     exact = replace(robot, arm=two_link)
     torque = late(exact.time, exact.noisy(exact.torque()), lag)
-    found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque), thorough=False)
+    found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque))
     assert [cause.name for cause in found.causes] == ["lag of torque"] * (lag > 0.0)
     assert not is_unexplained(found.before, DIAGNOSIS_SETTINGS)

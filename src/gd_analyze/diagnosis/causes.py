@@ -69,9 +69,6 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
     AnotherArm(),
 )
 
-# Those of little cost that leave too little to be noticed otherwise: such errors pass for links a bit off.
-UNNOTICED: tuple[Hypothesis, ...] = (Lag(), Drift())
-
 # Kinds of cause that concern the unit of positions.
 _OF_UNITS = (PositionUnit.name, MotorSide.name)
 
@@ -86,7 +83,7 @@ _OPTION = re.compile(r"--[a-z-]+")
 
 def ranked(problem: Problem) -> list[Candidate]:
     """All causes: first the one to be claimed, if there is any, then the others by the fall of the score."""
-    candidates = _judged(problem, HYPOTHESES)
+    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
     claimable = [candidate for candidate in candidates if is_claimable(candidate, problem)]
     candidates.sort(key=lambda candidate: -candidate.fall)
     if claimable:
@@ -94,15 +91,6 @@ def ranked(problem: Problem) -> list[Candidate]:
         candidates.remove(best)
         candidates.insert(0, best)
     return candidates
-
-
-def has_unnoticed(problem: Problem) -> bool:
-    """Whether a cause may be claimed though file and friction leave little."""
-    return any(is_claimable(cause, problem) for cause in _judged(problem, UNNOTICED))
-
-
-def _judged(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    return [candidate for hypothesis in hypotheses for candidate in hypothesis.judged(problem)]
 
 
 def _best_of(claimable: Sequence[Candidate], settings: DiagnosisSettings) -> Candidate:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gd_analyze.arguments import strict
-from gd_analyze.diagnosis.causes import claimed, has_unnoticed, is_unexplained, ranked, rivals_of
+from gd_analyze.diagnosis.causes import claimed, ranked, rivals_of
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import FileFit
@@ -95,7 +95,6 @@ def diagnose(
     arm: RobotArm | str | Path,
     logs: GivenMotions,
     *,
-    thorough: bool = True,
     settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
@@ -110,8 +109,6 @@ def diagnose(
         The arm; or a shipped name, or the path of a file.
     logs
         Recordings with torques; or paths of files.
-    thorough
-        Try every cause, even where file and friction leave nothing to explain.
     settings
         Weights and thresholds.
 
@@ -134,14 +131,13 @@ def diagnose(
     'unit of positions'
     """
     arm = arm_with_masses(arm)
-    return diagnosed(arm, motions_of(logs, arm), thorough=thorough, settings=settings)
+    return diagnosed(arm, motions_of(logs, arm), settings=settings)
 
 
 def diagnosed(
     arm: RobotArm,
     motions: Sequence[Trajectory],
     *,
-    thorough: bool = True,
     pairs: bool = True,
     settings: DiagnosisSettings = DIAGNOSIS_SETTINGS,
 ) -> Diagnosis:
@@ -169,8 +165,7 @@ def diagnosed(
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     # Torques that neither the file nor friction explains tell that something is wrong.
     tells = problem.friction_score > settings.clear_fall
-    is_doubtful = not tells or is_unexplained(problem.null, settings)
-    ranking = ranked(problem) if thorough or is_doubtful or has_unnoticed(problem) else []
+    ranking = ranked(problem)
     causes = claimed(problem, ranking, pairs=pairs)
     corrected = Problem(problem.samples, causes[-1].correction, settings) if causes else problem
     return Diagnosis(

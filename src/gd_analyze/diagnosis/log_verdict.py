@@ -27,11 +27,24 @@ Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 @dataclass(frozen=True, eq=False)
 class LogVerdict:
-    """Whether logs agree with an arm's file."""
+    """Whether logs agree with an arm's file.
+
+    Parameters
+    ----------
+    word
+        The verdict: "agrees", "agrees in part", "does not agree" or "tells nothing".
+    text
+        The verdict, what is wrong and what to do, in sentences.
+    diagnosis
+        What it comes of; None if nothing can be compared.
+    """
 
     word: Word
-    text: str  # the same, what is wrong and what to do, in sentences
-    diagnosis: Diagnosis | None  # None if nothing can be compared
+    text: str
+    diagnosis: Diagnosis | None
+
+    def __repr__(self) -> str:
+        return f"LogVerdict({self.word!r})"
 
 
 def log_verdict(arm: RobotArm, motions: Sequence[Trajectory]) -> LogVerdict:

@@ -61,6 +61,8 @@ class _JudgementSettings:
     # Factor on torques beyond which no links explain it: files that state no drives are off by up to three,
     # N mm, N cm and currents by ten and more.
     another_unit_factor: float = 10.0
+    # Torque by which a file's links are off, over its own: masses and torque constants are off by up to that.
+    most_off: float = 1.0 / 3.0
 
 
 _SETTINGS = _JudgementSettings()
@@ -208,7 +210,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
     if not arm.mass.any():
         return ()
     try:
-        diagnosis = diagnose(arm, motions, thorough=False)
+        diagnosis = diagnose(arm, motions)
     except UsageError:  # nothing moves, of which more is told below
         return ()
     causes = diagnosis.causes
@@ -222,7 +224,8 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
             "--anyway (anyway=True) identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
-    is_doubtful = diagnosis.is_far_off or not are_of_links
+    is_off = diagnosis.is_far_off or diagnosis.after.off > _SETTINGS.most_off
+    is_doubtful = is_off or not are_of_links
     is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
     return (reason.removesuffix("."),) if is_doubtful else ()
 
