@@ -179,12 +179,12 @@ def test_the_ranking_has_figures(good, tmp_path):
                        [row["remains"] for row in rows])  # fmt: skip
 
 
-def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tmp_path, monkeypatch):
-    """One notice with the option; ranking and samples are stored; a log that agrees is not diagnosed."""
+def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
+    """One notice with the option; ranking and samples are stored; of a log that agrees the headline says so."""
     time, q, torque = good
     with pytest.warns(gd.GdAnalyzeWarning, match="--torque-sign -1"):
         found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
-    notices = [text for text in found.warnings if "contradict" in text]
+    notices = [text for text in found.warnings if "does not agree" in text]
     assert len(notices) == 1
     assert "--torque-sign -1" in notices[0]
     again = gd.load_findings(tmp_path / "run" / "analysis.h5").tables["diagnosis"]
@@ -195,11 +195,13 @@ def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tm
     # It stands before the answer: whatever else the page says is about another robot.
     notices = page.index('<ul class="notices">')
     first = re.sub(r"<[^>]*>", "", page[notices : page.index("</li>", notices)])
-    assert "contradict" in first
+    assert "does not agree" in first
     assert "--torque-sign -1" in first
-    monkeypatch.setattr("gd_analyze.studies.steps.decompose.diagnosed", None)
     as_filed = log_of(time, q, two_link.torque(*robot.states.arrays, drives=False))
-    assert "diagnosis" not in gd.analyze(two_link, as_filed, level="element").tables
+    agreeing = gd.analyze(two_link, as_filed, level="element")
+    assert agreeing.tables["measured_torque"].attrs["verdict"] == "agrees"
+    assert not agreeing.tables["diagnosis"].sizes["cause"]
+    assert not [text for text in agreeing.warnings if "agree" in text]
 
 
 def test_nothing_is_wrong(robot, good, two_link):

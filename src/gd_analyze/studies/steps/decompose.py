@@ -71,7 +71,9 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
         if verdict.diagnosis is not None:
             diagnosis = diagnosis_table(verdict.diagnosis)
         if verdict.word == "does not agree":
-            warnings.warn(f"arm {arm.name}: {verdict.text.removesuffix('.')}", LeadingWarning, stacklevel=2)
+            warnings.warn(
+                f"log {motion.name}: {verdict.text.removesuffix('.')}", LeadingWarning, stacklevel=2
+            )
         if inputs.settings.fit_friction:
             terms = comparison.friction.terms
             if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
