@@ -180,7 +180,7 @@ def test_the_ranking_has_figures(good, tmp_path):
 
 
 def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
-    """One notice with the option; ranking and samples are stored; of a log that agrees the headline says so."""
+    """One notice with the option; ranking and samples are stored; a log that agrees is not told of."""
     time, q, torque = good
     with pytest.warns(gd.GdAnalyzeWarning, match="--torque-sign -1"):
         found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")

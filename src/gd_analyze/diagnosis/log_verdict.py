@@ -22,6 +22,8 @@ SENTENCES = {
     "does not agree": "The log does not agree with the file.",
     "tells nothing": "The log does not tell whether the file is right.",
 }
+# Verdicts of logs that leave something to explain.
+DISPUTED = ("does not agree", "agrees in part")
 Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 
@@ -55,7 +57,7 @@ def log_verdict(arm: RobotArm, motions: Sequence[Trajectory]) -> LogVerdict:
         return LogVerdict("tells nothing", f"{SENTENCES['tells nothing']} Reason: {error.what}.", None)
     word = _word_of(diagnosis)
     text = f"{SENTENCES[word]} {answer(diagnosis)}"
-    if word in ("does not agree", "agrees in part"):
+    if word in DISPUTED:
         text += " `gd-analyze diagnose ROBOT LOG` shows where."
     return LogVerdict(word, text, diagnosis)
 

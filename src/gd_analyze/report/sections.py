@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from gd_analyze.diagnosis.log_verdict import DISPUTED
 from gd_analyze.figures.arm import views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import Look, vector_figure
@@ -113,8 +114,8 @@ def _diagnosis(findings: Findings) -> Iterator[Part]:
         return
     table = findings.tables["diagnosis"]
     joint = worst_joint(table)
-    is_explained = findings.tables["measured_torque"].attrs["verdict"] in ("agrees", "tells nothing")
-    drawings = () if joint is None or is_explained else (where_drawing(table, findings.arm, [joint]),)
+    is_disputed = findings.tables["measured_torque"].attrs["verdict"] in DISPUTED
+    drawings = () if joint is None or not is_disputed else (where_drawing(table, findings.arm, [joint]),)
     parts = (*drawings, *causes_table(table), *faults_table(table))
     if parts:
         yield Section("", "What is left of the measured torque", parts)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gd_analyze.diagnosis.log_verdict import log_verdict
+from gd_analyze.diagnosis.log_verdict import DISPUTED, log_verdict
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
@@ -70,7 +70,7 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
         )
         if verdict.diagnosis is not None:
             diagnosis = diagnosis_table(verdict.diagnosis)
-        if verdict.word == "does not agree":
+        if verdict.word in DISPUTED:
             warnings.warn(
                 f"log {motion.name}: {verdict.text.removesuffix('.')}", LeadingWarning, stacklevel=2
             )
