@@ -109,16 +109,14 @@ def _measured(findings: Findings) -> Section:
 
 
 def _diagnosis(findings: Findings) -> Iterator[Part]:
-    """Causes tried, and the worst joint's residuals, where something is left to explain."""
-    if "diagnosis" not in findings.tables:
+    """The worst joint's residuals and causes tried, where something is left to explain."""
+    if findings.tables["measured_torque"].attrs["verdict"] not in DISPUTED:
         return
     table = findings.tables["diagnosis"]
     joint = worst_joint(table)
-    is_disputed = findings.tables["measured_torque"].attrs["verdict"] in DISPUTED
-    drawings = () if joint is None or not is_disputed else (where_drawing(table, findings.arm, [joint]),)
+    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
     parts = (*drawings, *causes_table(table), *faults_table(table))
-    if parts:
-        yield Section("", "What is left of the measured torque", parts)
+    yield Section("", "What is left of the measured torque", parts)
 
 
 def _torque(findings: Findings) -> Section:
