@@ -10,6 +10,12 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 
+# A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep first,
+# so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P. Dupont,
+# C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
+# with friction, Automatica 30 (1994).
+CREEPING_SHARE = 0.05
+
 
 @dataclass(frozen=True, kw_only=True)
 class _ReadingSettings:
@@ -21,11 +27,6 @@ class _ReadingSettings:
     # Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000
     # readings.
     noise_sigmas: float = 3.0
-    # A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep
-    # first, so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P.
-    # Dupont, C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control
-    # of machines with friction, Automatica 30 (1994).
-    creeping_share: float = 0.05
 
 
 _SETTINGS = _ReadingSettings()
@@ -69,7 +70,7 @@ def direction(motion: Trajectory, joint: int, fastest: float | None = None) -> F
     # other two, for any filter.
     noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
     fastest = float(np.abs(velocity).max()) if fastest is None else fastest
-    still = max(_SETTINGS.noise_sigmas * np.nan_to_num(noise), _SETTINGS.creeping_share * fastest)
+    still = max(_SETTINGS.noise_sigmas * np.nan_to_num(noise), CREEPING_SHARE * fastest)
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 
 
