@@ -10,7 +10,7 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 
-# A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep first,
+# A joint below this share of its largest velocity does not slip yet: teeth and bearings stick and creep,
 # so that friction grows with velocity before it is Coulomb friction. B. Armstrong-Helouvry, P. Dupont,
 # C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
 # with friction, Automatica 30 (1994).
