@@ -21,6 +21,7 @@ from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import corrected_columns, equations_of, file_errors
 from gd_analyze.diagnosis.fit import fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
+from gd_analyze.diagnosis.log_verdict import DISPUTED, SENTENCES, log_verdict
 from gd_analyze.diagnosis.remedies import map_of_joints, typed_together
 from gd_analyze.diagnosis.samples import samples_of
 from gd_analyze.diagnosis.settings import DIAGNOSIS_SETTINGS
@@ -202,6 +203,23 @@ def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
     assert agreeing.tables["measured_torque"].attrs["verdict"] == "agrees"
     assert not agreeing.tables["diagnosis"].sizes["cause"]
     assert not [text for text in agreeing.warnings if "agree" in text]
+
+
+def test_the_verdict_on_a_log(good, two_link):
+    """In a word and in sentences: of a sound log, a wrong one, noise beside most of a torque, and of rest."""
+    time, q, torque = good
+    noise = 0.4 * np.sqrt((torque**2).mean(axis=0)) * np.random.default_rng(6).normal(size=torque.shape)
+    for word, logged in (
+        ("agrees", good),
+        ("does not agree", (time, q, -torque)),
+        ("agrees in part", (time, q, torque + noise)),
+        ("tells nothing", (time, np.zeros_like(q), torque)),
+    ):
+        verdict = log_verdict(two_link, [log_of(*logged)])
+        assert verdict.word == word
+        assert verdict.text.startswith(SENTENCES[word])
+        assert ("gd-analyze diagnose" in verdict.text) == (word in DISPUTED)
+        assert (verdict.diagnosis is None) == (word == "tells nothing")
 
 
 def test_nothing_is_wrong(robot, good, two_link):
