@@ -15,6 +15,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import write_trajectory
 from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
+from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
@@ -194,9 +195,11 @@ def test_measured_torques_and_friction(measured_findings):
     result = run_result(measured_findings)
     text, found = text_of(result), result.document()["measured_torque"]
     assert max(map(len, text.splitlines())) <= 80
-    assert found["joints"][1]["verdict"] == "too light"
-    assert re.search(r"too light .* 2\b", text)
-    assert not found["described"]
+    assert found["verdict"] == "does not agree"
+    assert result.headline.startswith(SENTENCES[found["verdict"]])
+    assert found["diagnosis"]["cause"] is not None
+    assert found["diagnosis"]["remedy"] in found["agreement"]
+    assert "`gd-analyze diagnose ROBOT LOG`" in found["agreement"]
 
 
 @pytest.fixture
