@@ -312,13 +312,12 @@ def test_figures_of_a_model_file_that_do_not_hold(run, here):
     document = json.loads((here / "mine.json").read_text())
     (here / "mine.json").write_text(json.dumps(document).replace('"mass": 2.0', '"mass": 2.5', 1))
     assert "mine.json" in run("certify mine.json").err, "the digest is of another model"
-    for row in document["errors"]:
-        row["peak_torque"], row["allowed_error"] = 1e3 * row["peak_torque"], 1e3 * row["allowed_error"]
+    document["accuracy"]["budget"] = "0.001%"
     (here / "mine.json").write_text(json.dumps(signed(document)))
     assert run("certify mine.json").code == 0
     refused = run("certify mine.json --along mine.csv")
     assert refused.code == 2
-    assert refused.err.startswith("error: mine.json: peak_torque of joint 1,")
+    assert refused.err.startswith("error: mine.json: joint 1, ")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows allows no control characters in file names")

@@ -10,7 +10,6 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import Trajectory, analyze
 from gd_analyze.cache import without_cache
-from gd_analyze.certification import holding
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
@@ -91,8 +90,7 @@ def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
 
 
 def test_where_a_bound_is_loose_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
-    settings = holding._RoundSettings(loose_bound=0.0)
-    monkeypatch.setattr("gd_analyze.certification.holding._SETTINGS", settings)
+    monkeypatch.setattr("gd_analyze.certification.holding.LOOSE_BOUND", 0.0)
     with without_cache():
         found = gd.analyze(two_link, swing, budget="60%")
     tube, model = found.tables["tube"], found.model
