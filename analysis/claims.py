@@ -20,7 +20,7 @@ import numpy as np
 import gd_analyze as gd
 from documented_tables import elbow
 from gd_analyze.certification.holding import simplify_held
-from gd_analyze.dynamics.verdict_lists import verdict_lists
+from gd_analyze.results.verdict_lists import verdict_lists
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.text import number

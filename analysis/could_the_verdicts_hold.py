@@ -19,7 +19,7 @@ from scipy.special import comb
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.robustness import Drawn
+from gd_analyze.dynamics.uncertainty import Drawn
 from gd_analyze.motions.states import States
 from gd_analyze.robots.frames import standard_placements
 from gd_analyze.robots.parts import DHRow, symmetric_tensor

@@ -30,8 +30,9 @@ print(arm.n, arm.joint_names)
 
 # %%
 q, qd, qdd = motion.q, motion.qd, motion.qdd
-print(arm.torque(q[50], qd[50], qdd[50]).round(2))
-torque = arm.torque(q, qd, qdd)
+dynamics = gd.types.ArmDynamics(arm)
+print(dynamics.torque(q[50], qd[50], qdd[50]).round(2))
+torque = dynamics.torque(q, qd, qdd)
 print(torque.shape, abs(torque).max(axis=0).round(2))
 
 # %% [markdown]
@@ -40,14 +41,14 @@ print(torque.shape, abs(torque).max(axis=0).round(2))
 # %%
 model = pinocchio_model(arm)
 theirs = pin.rnea(model, model.createData(), q[50], qd[50], qdd[50])
-difference = arm.torque(q[50], qd[50], qdd[50], drives=False) - theirs
+difference = dynamics.torque(q[50], qd[50], qdd[50], drives=False) - theirs
 print("largest difference:", f"{abs(difference).max():.0e}", "N m")
 
 # %% [markdown]
 # ## 4. D by effect
 
 # %%
-translation, rotation = arm.inertia(q[50], by_effect=True)
+translation, rotation = dynamics.inertia(q[50], by_effect=True)
 print("D12:", translation[0, 1].round(4), "+", rotation[0, 1].round(4), "kg m^2")
 
 # %% [markdown]
@@ -99,6 +100,6 @@ print(abs(exported(q, qd, qdd) - simplified.torque(q, qd, qdd)).max() < 1e-9)
 # %%
 position, velocity, step = q[0].copy(), np.zeros(arm.n), 1e-3
 for _ in range(100):
-    velocity += step * arm.forward_dynamics(position, velocity, np.zeros(arm.n))
+    velocity += step * dynamics.forward_dynamics(position, velocity, np.zeros(arm.n))
     position += step * velocity
 print(position.round(3))

@@ -10,7 +10,7 @@ from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.pinocchio_check import cross_check
 from gd_analyze.dynamics.robustness import robustness
 from gd_analyze.dynamics.simulation import simulate
-from gd_analyze.dynamics.torque_uncertainty import torque_uncertainty
+from gd_analyze.dynamics.uncertainty import torque_uncertainty
 from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.states import states_in_box, states_of
 from gd_analyze.results.store import load_results, save_results

@@ -19,7 +19,7 @@ from attacks import (
     round_off_in,
 )
 from gd_analyze import pool
-from gd_analyze.certification import falsification, holding
+from gd_analyze.certification import falsification
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import taken_apart
@@ -207,8 +207,7 @@ def test_errors_over_a_box_follow_from_few_states_at_each_position(arm, seed):
 
 def try_states(patch):
     """Take every bound near a motion for too loose, so that states are tried."""
-    settings = holding._RoundSettings(loose_bound=0.0)
-    patch.setattr("gd_analyze.certification.holding._SETTINGS", settings)
+    patch.setattr("gd_analyze.certification.holding.LOOSE_BOUND", 0.0)
 
 
 def test_near_each_of_several_motions_its_own_budget_holds(two_link, monkeypatch):

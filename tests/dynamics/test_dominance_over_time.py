@@ -13,7 +13,7 @@ import gd_analyze as gd
 from gd_analyze.dynamics import generalized_dalembert as dalembert
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.dynamics.verdict_lists import LISTS, verdict_lists
+from gd_analyze.results.verdict_lists import LISTS, verdict_lists
 from gd_analyze.types import Drive
 from strategies import examples, motions
 

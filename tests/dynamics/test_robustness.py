@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.dynamics.dominance import elements
-from gd_analyze.dynamics.robustness import Drawn, elements_per_unit
+from gd_analyze.dynamics.robustness import elements_per_unit
+from gd_analyze.dynamics.uncertainty import Drawn
 from gd_analyze.robots.uncertainty import with_uncertainty
 from gd_analyze.tables import with_payload
 from gd_analyze.types import Joint, Link

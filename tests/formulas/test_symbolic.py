@@ -16,7 +16,7 @@ from gd_analyze.formulas.symbolic import symbolic_text
 from gd_analyze.harmonics import symbolic
 from gd_analyze.harmonics.symbolic import DifferentEquationsError, symbolic_equations
 from gd_analyze.studies.symbolic import text_closed_forms
-from gd_analyze.types import Joint, Link, Placement, RobotArm
+from gd_analyze.types import ArmDynamics, Joint, Link, Placement, RobotArm
 from long_cases import long_but
 from strategies import arms, examples, random_inertia, random_rotation
 
@@ -43,8 +43,9 @@ def assert_is_the_decomposition(arm: RobotArm, scope: dict[str, Any], rng: np.ra
     variables = [scope[f"q{j + 1}"] for j in range(arm.n_joints)]
     symbols = [*scope["values"]]
     numbers = [*scope["values"].values()]
-    inertia, christoffel = arm.inertia(q, by_effect=True), arm.christoffel(q, by_effect=True)
-    gravity = arm.gravity_loading(q)
+    dynamics = ArmDynamics(arm)
+    inertia, christoffel = dynamics.inertia(q, by_effect=True), dynamics.christoffel(q, by_effect=True)
+    gravity = dynamics.gravity_loading(q)
     # Both round terms that sum to at most the mass times the stretched arm's square, and its inertias, some
     # hundred times: 10 n in the decomposition, one per term and factor in the script.
     reach = arm.reach + np.linalg.norm(arm.com, axis=1).max() + 3.0 * arm.is_revolute.count(False)

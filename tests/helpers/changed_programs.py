@@ -11,9 +11,8 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.types import Box, ExactForm, RobotArm, SimplifiedModel, States
-from made_models import promising_nothing
+from made_models import running
 
 
 def changed(program: Program, instead: Mapping[int, Callable[..., Any]]) -> Program:
@@ -51,7 +50,7 @@ def _number(value: float, *_: Any) -> float:
 
 def model_of(arm: RobotArm, program: Program) -> SimplifiedModel:
     """A model that is this program and promises nothing."""
-    return promising_nothing(ExactForm(arm), ELEMENT, {}, program)
+    return running(program, ExactForm(arm))
 
 
 def pruned(arm: RobotArm, share: float, rng: np.random.Generator) -> SimplifiedModel:

@@ -13,9 +13,8 @@ import gd_analyze as gd
 from changed_programs import rounded
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
-from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.types import ExactForm, Joint, Link
-from made_models import exact_model, model_of, promising_nothing
+from made_models import exact_model, model_of, running
 from strategies import random_states
 
 LINKS = ("two_link", "puma560", "stanford")
@@ -63,7 +62,7 @@ def subject(case: str) -> ExportInput:
         return exact.with_functions(further) if what else exact
     if what == "program":
         form = ExactForm(arm, arm.counts_drives(None))
-        return proven(promising_nothing(form, ELEMENT, {}, rounded(form.program)))
+        return proven(running(rounded(form.program), form))
     return proven(exact_model(arm, arm.counts_drives(None), gd.types.LEVELS[what]))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 
 import pytest
 
@@ -25,8 +24,7 @@ def few_tries() -> Iterator[None]:
     torques and saves operations is tested with the operations, and of exact programs with the levels.
     """
     with pytest.MonkeyPatch.context() as patch, without_cache():
-        few = replace(sharing.SHARING_SETTINGS, most_tries_of_program=_TRIES)
-        patch.setattr(sharing, "SHARING_SETTINGS", few)
+        patch.setattr(sharing, "MOST_TRIES_OF_PROGRAM", _TRIES)
         forget()
         yield
     forget()

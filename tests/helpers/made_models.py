@@ -17,8 +17,9 @@ from gd_analyze.simplification.budget import Allowance
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.level import Level, Terms
+from gd_analyze.simplification.model import exactly, measured, with_gamma
 from gd_analyze.simplification.model_file import digest_of_model
-from gd_analyze.simplification.torque_program import COUNTING, Effort
+from gd_analyze.simplification.search import SearchOptions, selected_terms
 from gd_analyze.types import Budget, ExactDynamics, ExactForm, RobotArm, SimplifiedModel, States
 
 # Identification is exact to a few hundred eps of the largest element (its noise is measured in
@@ -27,21 +28,23 @@ from gd_analyze.types import Budget, ExactDynamics, ExactForm, RobotArm, Simplif
 ROUND_OFF = 1e-10
 
 
-def model_of(form: ExactForm, level: Level, terms: Terms, effort: Effort = COUNTING) -> SimplifiedModel:
+def model_of(form: ExactForm, level: Level, terms: Terms) -> SimplifiedModel:
     """A model of these terms that promises nothing."""
-    return promising_nothing(form, level, terms, level.write(form, terms, effort))
-
-
-def promising_nothing(form: ExactForm, level: Level, terms: Terms, program: Program) -> SimplifiedModel:
     n = form.arm.n_joints
     nothing = ErrorTable(np.ones(n), np.zeros(n), np.zeros(n))
     return SimplifiedModel(
         level=level,
         form=form,
         terms=terms,
-        program=program,
         accuracy=Accuracy(np.ones(n), "1 N m", nothing, {"box": "drawn", "states": 5, "seed": 0}),
     )
+
+
+def running(program: Program, form: ExactForm) -> SimplifiedModel:
+    """A model that runs any program as its torque, and promises nothing."""
+    model = model_of(form, ELEMENT, {})
+    vars(model)["program"] = program
+    return model
 
 
 def exact_model(arm: RobotArm, drives: bool = False, level: Level = ENERGY) -> SimplifiedModel:
@@ -56,6 +59,15 @@ def model_of_parts(arm: RobotArm, labels: Collection[str], drives: bool = False)
     kept = {part: weight for part, weight in ELEMENT.terms(form).items() if part.label in labels}
     assert len(kept) == len(set(labels))
     return model_of(form, ELEMENT, kept)
+
+
+def searched(exact: ExactDynamics, budget: Budget | str | None, options: SearchOptions) -> SimplifiedModel:
+    """The model that a search ends with at given states, though it may save nothing."""
+    exact = exact.under(budget)
+    allowed = exact.allowed(budget)
+    everything = exactly(exact, options.level, allowed, str(Budget.of(budget)))
+    terms = selected_terms(exact, allowed, options).terms
+    return with_gamma(exact, measured(exact, replace(everything, terms=terms)))
 
 
 def by_elements(

@@ -51,7 +51,7 @@ def states_of(motion: gd.Trajectory) -> FloatArray:
 
 def largest_torque(arm: gd.types.RobotArm, made: gd.Plan) -> FloatArray:
     motion = made.trajectory
-    return np.abs(arm.torque(motion.q, motion.qd, motion.qdd)).max(axis=0)
+    return np.abs(gd.types.ArmDynamics(arm).torque(motion.q, motion.qd, motion.qdd)).max(axis=0)
 
 
 def test_limits_hold_between_the_set_points(dense):

@@ -18,7 +18,7 @@ from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.identified_arm import base_matrix
 from gd_analyze.studies.identification_result import identification_result
 from gd_analyze.tables import states_in_box
-from gd_analyze.types import Identification, Log
+from gd_analyze.types import ArmDynamics, Identification, Log
 from logs_of_arms import TrueArm, fourier
 from long_cases import long
 
@@ -52,8 +52,10 @@ def quietly(arm, *arrays: FloatArray) -> Identification:
 def error_of(arm, true: TrueArm) -> float:
     """RMS error of the torque of links and drives at independent states, over the torque's RMS."""
     states = states_in_box(true.arm, 200)
-    wanted = true.arm.torque(*states.arrays, drives=False) + true.drives * states.qdd
-    return float(np.linalg.norm(arm.torque(*states.arrays) - wanted) / np.linalg.norm(wanted))
+    links = ArmDynamics(true.arm).torque(*states.arrays, drives=False)
+    wanted = links + true.drives * states.qdd
+    error = ArmDynamics(arm).torque(*states.arrays) - wanted
+    return float(np.linalg.norm(error) / np.linalg.norm(wanted))
 
 
 def spoilt(kind: str, time: FloatArray, q: FloatArray, torque: FloatArray) -> Readings:

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.dynamics.verdict_lists import LISTS
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
 from gd_analyze.results.run_result import run_result
+from gd_analyze.results.verdict_lists import LISTS
 from recordings import swung
 
 

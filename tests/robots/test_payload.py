@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from arm_files import link
 from gd_analyze.dynamics.pinocchio_check import pinocchio_model, round_off_bounds
 from gd_analyze.errors import ArmError, GdAnalyzeError, GdAnalyzeWarning, UsageError
-from gd_analyze.robots.description import fingerprint
+from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
 from gd_analyze.robots.payload import parse_payload
-from gd_analyze.tables import decompose_states, with_payload
+from gd_analyze.tables import decompose_states, torque_uncertainty, with_payload
 from gd_analyze.types import Joint, RobotArm
-from strategies import arms_with_states, examples, random_inertia
+from strategies import arms_with_states, examples, random_inertia, random_states
 
 EPS = float(np.finfo(float).eps)
 
@@ -55,6 +55,15 @@ def test_uncertainties_remain_those_of_the_link_without_its_payload(puma):
     twice = with_payload(with_payload(puma, 1.5, [0, 0, 0.1]), 0.5, [0.1, 0, 0]).links[-1].uncertainty
     for name, value in vars(once).items():
         np.testing.assert_array_equal(getattr(twice, name), value)
+
+
+def test_uncertainties_of_a_loaded_arm_survive_its_description(puma):
+    loaded = with_payload(puma, 1.5, [0, 0, 0.1])
+    states = random_states(6, 5, 3)
+    stated, again = (
+        torque_uncertainty(arm, states) for arm in (loaded, arm_from_description(describe_in_full(loaded)))
+    )
+    np.testing.assert_array_equal(again, stated)
 
 
 def test_the_ways_to_give_an_inertia():

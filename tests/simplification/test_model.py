@@ -20,15 +20,14 @@ from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.tables import decompose_states, states_in_box, states_of
 from gd_analyze.types import LEVELS, Budget, Drive, ExactDynamics, SimplifiedModel, States
-from made_models import ROUND_OFF, exact_model, model_of_parts
+from made_models import ROUND_OFF, exact_model, model_of_parts, searched
 from strategies import arms_with_states, examples, random_states
 
 
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
-    how = SearchOptions(LEVELS[request.param], dearer=True)
-    budget = None if request.param == "element" else Budget.parse("90%")
-    return simplify_exact(ExactDynamics.of(two_link, swing), budget, how)
+    exact, how = ExactDynamics.of(two_link, swing), SearchOptions(LEVELS[request.param])
+    return simplify_exact(exact, None, how) if request.param == "element" else searched(exact, "90%", how)
 
 
 @examples(12)

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from computed_terms import assert_computes
 from gd_analyze import load_arm, simplify
 from gd_analyze.cache import VARIABLE, keep, kept, without_cache
 from gd_analyze.dynamics.methods import METHODS
@@ -34,7 +35,6 @@ from gd_analyze.simplification.exact import has_more_terms
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.kept_program import kept_programs
 from gd_analyze.simplification.model import exactly
-from gd_analyze.simplification.model_claims import require_terms_computed
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH, torque_program
 from gd_analyze.studies.comparison import count_cost
 from gd_analyze.tables import decompose_states
@@ -61,8 +61,7 @@ def test_it_is_the_torque(case):
 def test_written_out_it_is_the_terms(arm):
     """At every state, not at some: coefficient by coefficient."""
     form = ExactForm(arm)
-    states = States(*np.zeros((3, 1, arm.n_joints)))
-    require_terms_computed(exactly(ExactDynamics(form, states), TERM, np.ones(arm.n_joints), "1 N m"))
+    assert_computes(form.program, form, TERM, TERM.terms(form))
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

@@ -7,7 +7,7 @@ The proof is in docs/certificate.md: a grid over a box (`grid`, `motion`), Taylo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,15 +92,21 @@ class Certificate:
     def stated(self) -> Proven:
         """Form in which a model states it."""
         box, tube = self.box, self.region if isinstance(self.region, Tube) else None
-        limits = box.lower, box.upper, box.velocity, box.acceleration
-        where = self.region.where, self.effort
+        proven = Proven(
+            self.certified,
+            box.lower,
+            box.upper,
+            box.velocity,
+            box.acceleration,
+            self.effort,
+            self.region.where,
+            proven_here=True,
+        )
         if tube is None or self.along is None:
-            return Proven(self.certified, *limits, *where, proven_here=True)
+            return proven
         worst = self.along.argmax(axis=0)
         pieces = np.stack([tube.lower[worst], tube.upper[worst]], axis=1)
-        return Proven(
-            self.certified, *limits, *where, tube.margin, tube.fingerprint, pieces, proven_here=True
-        )
+        return replace(proven, margin=tube.margin, trajectory_fingerprint=tube.fingerprint, pieces=pieces)
 
     @property
     def where(self) -> str:

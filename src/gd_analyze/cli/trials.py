@@ -153,8 +153,7 @@ def certify(
     with output.working() as stage:
         from gd_analyze.motions.margin import Margin
         from gd_analyze.motions.states import states_of
-        from gd_analyze.simplification.model_claims import measured_at
-        from gd_analyze.simplification.model_file import fault_of_file
+        from gd_analyze.simplification.model_file import fault_of_file, measured_at
         from gd_analyze.studies.proof import proof, proven_again
 
         loaded = gd.load_model(model)

@@ -64,6 +64,15 @@ def parameters_of(arm: RobotArm) -> FloatArray:
     return np.array([inertial_parameters(m, m * r, inertia + of_point_mass(m, r)) for m, r, inertia in links])
 
 
+def point_masses(parameters: FloatArray) -> FloatArray:
+    """Parameters of point masses with the given masses and first moments, shape (..., 10)."""
+    out = parameters.copy()
+    mass, first = parameters[..., :1], parameters[..., 1:4]
+    x, y, z = np.moveaxis(first / np.sqrt(np.where(mass > 0.0, mass, np.inf)), -1, 0)
+    out[..., 4:] = np.stack([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y], axis=-1)
+    return out
+
+
 def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     """Torque of every joint per unit of every parameter; its product with `parameters_of` is the torque.
 

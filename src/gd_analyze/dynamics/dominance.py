@@ -19,6 +19,13 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, array_of, chunks, peak_magnitude, round_off_of
+from gd_analyze.dynamics.verdicts import (
+    effect_words,
+    least_changes,
+    negligible_torque,
+    representing,
+    verdict_words,
+)
 from gd_analyze.errors import UsageError
 from gd_analyze.files import data_folder
 from gd_analyze.schema import GROUPS, require_table, table, unit_of
@@ -88,8 +95,6 @@ def elements(n_joints: int, *, christoffel: bool = False) -> tuple[Element, ...]
 
 
 DOMINANCE_THRESHOLD = 0.10
-# Effects that represent an element, indexed by those needed: translation counts 1, rotation 2.
-DOMINANT = np.array(["zero", "translation", "rotation", "both"])
 # Parts of an element by what makes them; the drive adds its constant inertia to the diagonal of D.
 SOURCES = ("translation", "rotation", "drive")
 DEFAULT_BUDGET = 0.01
@@ -115,7 +120,7 @@ def rank(
         The result of `decompose`.
     threshold
         A part dominates when leaving the other out changes the element by at most this share of the
-        element's peak magnitude.
+        element's peak magnitude; of two such parts, the larger.
     budget
         Torque error budget: a share of each joint's peak torque, or N m per joint, shape (n,). Joint i's row
         has n elements of D, one of h and one of c. An element is negligible if its torque, its drive's
@@ -201,19 +206,6 @@ def rank(
     )
 
 
-def sharing_elements(n_joints: int) -> int:
-    """Count the elements that share the error allowed of a torque: n of D, one of h and one of c."""
-    return n_joints + 2
-
-
-def negligible_torque(allowed: FloatArray) -> FloatArray:
-    """Torque up to which an element is negligible, of the error allowed at every joint, (n,) or (n, S).
-
-    An equal share of it, so that all negligible elements may be left out together.
-    """
-    return allowed / sharing_elements(len(allowed))
-
-
 @dataclass(frozen=True)
 class _RankingLimits:
     """Numbers that verdicts are measured by; torques are of every joint, N m, shape (n,)."""
@@ -258,11 +250,9 @@ def _measures(
 ) -> dict[str, Array]:
     """Sizes, torques and verdicts of every element, in the columns of `rank`."""
     peaks = extremes.peaks
-    # Round-off must not make a zero element look mixed. An element is a sum of some tens of terms as large as
-    # the quantity's largest element.
     largest = np.array([extremes.largest[element.quantity] for element in all_elements])
-    noise = 64 * np.finfo(float).eps * largest
-    is_there: Array = peaks[:, :2] > noise[:, None]
+    least = least_changes(peaks[:, :2].T, peaks[:, 2], largest, limits.threshold)
+    is_there = np.isfinite(least.T)
     rms = np.sqrt(extremes.squares / extremes.count)
     part_peak, part_rms = np.where(is_there, [peaks[:, :2], rms[:, :2]], 0.0)
     # The links' element is the sum of both parts, or the only one there is.
@@ -277,26 +267,15 @@ def _measures(
     of_parts = curve_torques[:, [0, 1, 3]] * np.column_stack([is_there, has_drive])[..., None]
     shares = ratio(torques, limits.peak_torque)
     joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
-    change_without = ratio(part_peak, peak[:, None])
-    is_without_rotation, is_without_translation = (
-        change_without[:, part] <= limits.threshold for part in (1, 0)
-    )
-    dominant = np.select(
-        [peak == 0.0, is_without_rotation, is_without_translation],
-        ["zero", "translation", "rotation"],
-        "both",
-    )
-    is_small, are_links_small = ((torque <= limits.floor).all(axis=1) for torque in (whole, torques))
-    verdict = np.select(
-        [~exists & ~has_drive, is_small, are_links_small], ["zero", "negligible", "drive"], dominant
-    )
+    dominant = effect_words(representing(part_peak.T, least))
+    is_small, are_links_small = (np.asarray((x <= limits.floor).all(axis=1)) for x in (whole, torques))
     return {
         "peak": peak,
         "rms": rms[links] * exists,
         "part_peak": part_peak,
         "part_rms": part_rms,
         "part_share": ratio(part_rms, part_rms.sum(axis=1, keepdims=True)),
-        "change_without": change_without,
+        "change_without": ratio(part_peak, peak[:, None]),
         "torque_peak": torques[joint],
         "torque_joint": joint[1] + 1,
         "torque_share": shares[joint],
@@ -306,7 +285,7 @@ def _measures(
         "consequence": ratio(whole, limits.allowed).max(axis=1),
         "part_consequence": ratio(of_parts, limits.allowed).max(axis=2),
         "dominant": dominant,
-        "verdict": verdict,
+        "verdict": verdict_words(dominant, ~exists & ~has_drive, is_small, are_links_small),
     }
 
 

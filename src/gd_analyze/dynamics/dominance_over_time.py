@@ -1,10 +1,8 @@
 """Dominance, consequence and verdict of each element at every set point.
 
-A part is needed at a set point if leaving it out changes the element by more than the threshold of its peak
-over the motion. Where neither part is needed, those needed over the motion represent the element. Dominance
-thus keeps its meaning where parts cancel or the element passes through zero. The torque at the set point
-decides whether the element is negligible there; it is negligible over the motion if it is so at every set
-point.
+Parts are measured by the element's peak over the motion (`verdicts.py` has the rule), so that dominance keeps
+its meaning where parts cancel or the element passes through zero. The torque at the set point decides whether
+the element is negligible there; it is negligible over the motion if it is so at every set point.
 """
 
 from __future__ import annotations
@@ -14,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import DOMINANT, SOURCES, elements, rank, ratio
+from gd_analyze.dynamics.dominance import SOURCES, elements, rank, ratio
+from gd_analyze.dynamics.verdicts import (
+    DOMINANT,
+    effect_words,
+    is_round_off,
+    least_changes,
+    representing_at,
+    verdict_words,
+)
 from gd_analyze.schema import require_table, table
 
 if TYPE_CHECKING:
@@ -64,7 +70,9 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     ranked = [by_label[label] for label in labels]
     names = {"qd", "qdd", *(element.quantity for element in ranked)} & {*dataset.data_vars}
     quantities = {name: dataset[name].values for name in names}
-    is_there = ranking.part_peak.values.T[:, :, None] > 0.0
+    part_peaks = ranking.part_peak.values.T  # 0 for round-off
+    is_there = part_peaks[:, :, None] > 0.0
+    needed_from = least_changes(part_peaks, peaks, 0.0, threshold)[:, :, None]
     parts = np.where(is_there, np.stack([element.parts(quantities) for element in ranked], axis=1), 0.0)
     links, drive = parts.sum(axis=0), ranking.drive.values[:, None]
     # Translation, rotation, drive, both links' parts, and all.
@@ -82,7 +90,7 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
     with np.errstate(divide="ignore", invalid="ignore"):
         of_peak = np.where(is_there, parts / peaks[:, None], 0.0)
         # Where parts cancel, their sum is round-off of the peak of either.
-        is_zero = np.abs(links) <= 64 * np.finfo(float).eps * ranking.part_peak.values.max(axis=1)[:, None]
+        is_zero = is_round_off(links, part_peaks.max(axis=0)[:, None])
         of_value = np.where(is_zero, np.nan, parts / links + 0.0)
     revolute = (dataset.joint_kind.values == "revolute").tolist()
     return table(
@@ -90,7 +98,7 @@ def dominance_over_time(dataset: xr.Dataset, ranking: xr.Dataset | None = None) 
         {
             "dominance": of_peak.T,
             "share": of_value.T,
-            "needed": np.abs(of_peak.T) > threshold,
+            "needed": (np.abs(parts) > needed_from).T,
             "torque": torque[0].T,
             "drive_torque": torque[1].T,
             "consequence": shares[4].T,
@@ -138,14 +146,13 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     step = "of a decomposition, dataset.gd.verdicts() gives them"
     require_table(over_time, "dominance_over_time", "dominance_over_time", "over_time", step)
     needed = over_time.needed.transpose("effect", "time", "element").values
-    dominant, over_motion = over_time.dominant.values, over_time.over_motion.values
-    standing = np.stack([np.isin(dominant, [effect, "both"]) for effect in DOMINANT[1:3]])
-    translation, rotation = needed | (~needed.any(axis=0) & standing[:, None])
+    over_motion = np.stack([np.isin(over_time.dominant, [effect, "both"]) for effect in DOMINANT[1:3]])
+    represents = representing_at(needed, over_motion[:, None])
+    is_zero = np.broadcast_to(over_time.over_motion == "zero", needed.shape[1:])
     negligible, links = (
         over_time[k].transpose("time", "element") for k in ("negligible", "links_negligible")
     )
-    holds = [np.broadcast_to(over_motion == "zero", negligible.shape), negligible.values, links.values]
-    words = np.select(holds, ["zero", "negligible", "drive"], DOMINANT[translation + 2 * rotation])
+    words = verdict_words(effect_words(represents), is_zero, negligible.values, links.values)
     return negligible.copy(data=words).rename("verdict").drop_attrs()
 
 

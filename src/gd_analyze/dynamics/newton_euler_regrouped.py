@@ -170,16 +170,6 @@ class _Run:
         sums = {name: getattr(self, name) + getattr(joint_run, name) for name in names}
         return replace(self, **sums)
 
-    @property
-    def quantities(self) -> dict[str, Array]:
-        """Velocity and acceleration; motion of the link before them, in their frame before it turns."""
-        turn = _Turn(self.rotation)
-        return {
-            "p": np.array([self.velocity, self.acceleration]),
-            "omega'": turn.across(self.before.omega),
-            "omegad'": turn.across(self.before.omega_dot),
-        }
-
     def turn(self, link: RegroupedLink) -> _Turn:
         """Turn from the frame before to that of the last one; the frame of a round link need not turn."""
         if link.is_round:

@@ -7,21 +7,22 @@ centre of mass, gives the rotational parts. Sampled arms are thus one product of
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
-from gd_analyze.errors import ArmError, require_whole
+from gd_analyze.dynamics.uncertainty import Drawn
+from gd_analyze.dynamics.verdicts import least_changes, representing, representing_at
+from gd_analyze.errors import require_whole
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.robots.parts import Link, LinkUncertainty, second_moment
 from gd_analyze.robots.uncertainty import exactly_known, with_uncertainty
 from gd_analyze.schema import table
 from gd_analyze.threads import one_thread
@@ -30,22 +31,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 VERDICTS = ["translation", "rotation", "both", "zero"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _RobustnessSettings:
-    """How many set points and samples are looked at, and at a time."""
-
-    # Longer motions are thinned evenly: the time grows with samples times set points.
-    most_set_points: int = 500
-    # Samples of a block: at most 255, whose counts fit into bytes; arrays of more take memory and no less
-    # time.
-    block_samples: int = 64
-    # Rejected samples of a link per sample asked for, before its uncertainty is refused.
-    most_rejected_per_sample: int = 100
-
-
-_SETTINGS = _RobustnessSettings()
+# Longer motions are thinned evenly: the time grows with samples times set points.
+_MOST_SET_POINTS = 500
+# Samples at a time: at most 255, whose counts fit into bytes; arrays of more take memory and no less time.
+_SAMPLES_AT_ONCE = 64
 
 
 @one_thread()
@@ -101,7 +90,7 @@ def robustness(
     require_trajectory_joints(trajectory, arm)
     arm = arm if uncertainty is None else with_uncertainty(arm, uncertainty)
     drawn = Drawn.from_arm(arm, samples, np.random.default_rng(seed))
-    set_points = evenly(trajectory.n_set_points, _SETTINGS.most_set_points)
+    set_points = evenly(trajectory.n_set_points, _MOST_SET_POINTS)
     q, qd = (array[set_points].T for array in (trajectory.q, trajectory.qd))
     at_set_points, over_motion = _counts(elements_per_unit(arm, q, qd), drawn, threshold)
     coords = {
@@ -144,91 +133,6 @@ def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
     return np.moveaxis(np.array(rows), -1, 1)
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """Sampled arms: parameters of every link as `parameters_of` gives them."""
-
-    points: FloatArray  # of point masses: translation, (samples, n links, 10)
-    matter: FloatArray  # the rest: rotation
-    redrawn: Array  # number of inconsistent samples by link, (n links,)
-
-    @classmethod
-    def from_arm(cls, arm: RobotArm, samples: int, rng: np.random.Generator) -> Drawn:
-        """Draw arms; ArmError if nothing is uncertain, or hardly any sample is consistent."""
-        if arm.spread is None and all(link.uncertainty is None for link in arm.links):
-            where, hint = f"arm {arm.name}", "give one, such as mass=5%,com=2mm,inertia=10%"
-            raise ArmError("the links have no stated uncertainty", where=where, next_step=hint)
-        nominal = parameters_of(arm)
-        if arm.spread is not None:
-            return cls._of_spread(nominal, arm.spread[:, :, :10], samples, rng)
-        drawn = np.tile(nominal, (samples, 1, 1))
-        redrawn = np.zeros(arm.n_joints, dtype=int)
-        for s, link in enumerate(arm.links):
-            moments = np.linalg.eigvalsh(second_moment(link.inertia_com))
-            is_checked = link.mass > 0.0 and moments[0] > 1e-9 * moments[-1]
-            missing = np.arange(samples)
-            while missing.size:
-                drawn[missing, s] = sample = nominal[s] + _changes(link, missing.size, rng)
-                missing = missing[~_is_consistent(sample)] if is_checked else missing[:0]
-                redrawn[s] += missing.size
-                if redrawn[s] > _SETTINGS.most_rejected_per_sample * samples:
-                    message = f"hardly any sample of link {link.name} is physically consistent"
-                    raise ArmError(message, where=link.place, next_step="state a smaller uncertainty of it")
-        points = point_masses(drawn)
-        return cls(points, drawn - points, redrawn)
-
-    @classmethod
-    def _of_spread(
-        cls, nominal: FloatArray, spread: FloatArray, samples: int, rng: np.random.Generator
-    ) -> Drawn:
-        """Draw from a joint covariance; inconsistent links are counted and kept.
-
-        Parameters of an identified arm are correlated. Drawing one link again would change well-known sums.
-        """
-        drawn = nominal + np.einsum("mk,ksp->msp", rng.normal(size=(samples, len(spread))), spread)
-        inconsistent = [int((~_is_consistent(link)).sum()) for link in np.moveaxis(drawn, 1, 0)]
-        points = point_masses(drawn)
-        return cls(points, drawn - points, np.array(inconsistent))
-
-
-def _changes(link: Link, count: int, rng: np.random.Generator) -> FloatArray:
-    """Draw changes of a link's parameters, consistent or not, (count, 10)."""
-    stated = link.uncertainty or LinkUncertainty()
-    mass = link.mass if stated.body_mass is None else stated.body_mass
-    com = link.com if stated.body_com is None else stated.body_com
-    change = np.zeros((count, 10))
-    if stated.mass is not None or stated.com is not None:
-        masses = rng.normal(mass, stated.mass or 0.0, (count, 1))
-        coms = rng.normal(com, 0.0 if stated.com is None else stated.com, (count, 3))
-        body = np.concatenate([[mass], mass * com, np.zeros(6)])
-        change[:, :4] = np.concatenate([masses, masses * coms], axis=1)
-        change = point_masses(change) - point_masses(body)
-        change[:, 4:] *= stated.inertia_about == "com"
-    if stated.inertia is not None:
-        spread = inertial_parameters(0.0, np.zeros(3), stated.inertia)[4:]
-        change[:, 4:] += rng.normal(0.0, spread, (count, 6))
-    return change
-
-
-def point_masses(parameters: FloatArray) -> FloatArray:
-    """Parameters of point masses with the given masses and first moments, shape (..., 10)."""
-    out = parameters.copy()
-    mass, first = parameters[..., :1], parameters[..., 1:4]
-    x, y, z = np.moveaxis(first / np.sqrt(np.where(mass > 0.0, mass, np.inf)), -1, 0)
-    out[..., 4:] = np.stack([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y], axis=-1)
-    return out
-
-
-def _is_consistent(parameters: FloatArray) -> Array:
-    """Whether mass and second moment about the centre of mass are positive definite, shape (count,)."""
-    xx, xy, yy, xz, yz, zz = (parameters - point_masses(parameters))[:, 4:].T
-    half = 0.5 * (xx + yy + zz)
-    a, b, c = half - xx, half - yy, half - zz
-    # Leading minors of the second moment tr(I)/2 - I (Sylvester).
-    determinant = a * b * c - 2 * xy * xz * yz - a * yz**2 - b * xz**2 - c * xy**2
-    return (parameters[:, 0] > 0.0) & (a > 0.0) & (a * b > xy**2) & (determinant > 0.0)
-
-
 def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[FloatArray, FloatArray]:
     """Samples by `VERDICTS` at every set point (elements, N, 4), and over the motion (elements, 4)."""
     n_elements, count, n, _ = per_unit.shape
@@ -241,22 +145,21 @@ def _counts(per_unit: FloatArray, drawn: Drawn, threshold: float) -> tuple[Float
         varying, fixed = flat[:, varies], flat[:, ~varies] @ sampled[0, ~varies]
         factors.append([x.astype(np.float32) for x in (varying, sampled[:, varies].T, fixed)])
     at_set_points, over_motion = np.zeros((n_elements, count, 3)), np.zeros((n_elements, 3))
-    for start in range(0, samples, _SETTINGS.block_samples):
-        block = slice(start, start + _SETTINGS.block_samples)
+    for start in range(0, samples, _SAMPLES_AT_ONCE):
+        block = slice(start, start + _SAMPLES_AT_ONCE)
         parts = [
             (varying @ sampled[:, block] + fixed[:, None]).reshape(n_elements, count, -1)
             for varying, sampled, fixed in factors
         ]
         whole = np.abs(parts[0] + parts[1]).max(axis=1)
-        # As in `rank`, round-off is not a part; elements of h are last.
-        noise = (
-            64 * np.finfo(float).eps * np.repeat([whole[:-n].max(), whole[-n:].max()], [n_elements - n, n])
-        )
-        least = np.maximum(threshold * whole, noise[:, None])[:, None]
-        needed: Array = np.abs(np.array(parts)) > least
-        overall = np.asarray(needed.any(axis=2))
-        # As in `dominance_over_time`: where neither part is needed, those needed over the motion stand.
-        needed |= ~needed.any(axis=0) & overall[:, :, None]
+        sizes = np.abs(np.array(parts))
+        part_peaks = sizes.max(axis=2)
+        # Elements of h are last.
+        of_quantities = [part_peaks[:, rows].max(axis=(0, 1)) for rows in (slice(-n), slice(-n, None))]
+        largest = np.repeat(of_quantities, [n_elements - n, n], axis=0)
+        least = least_changes(part_peaks, whole, largest, threshold)
+        overall = representing(part_peaks, least)
+        needed = representing_at(sizes > least[:, :, None], overall[:, :, None])
         for out, flags in ((at_set_points, needed), (over_motion, overall)):
             for k, flag in enumerate((*flags, flags[0] & flags[1])):
                 out[..., k] += np.add.reduce(flag.view(np.uint8), axis=-1, dtype=np.uint8)

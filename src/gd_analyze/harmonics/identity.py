@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from operator import add
 from typing import Any, NamedTuple
 
@@ -30,27 +29,23 @@ LEAST_DIFFERENCE = 1e-3
 # Largest probability that such a difference is missed.
 MISS_PROBABILITY = 1e-6
 
-
-@dataclass(frozen=True, kw_only=True)
-class _IdentitySettings:
-    """How likely a difference between two programs is found, and at what cost."""
-
-    # Most states times steps, some seconds; where the probability takes more, it is not reached.
-    most_steps: float = 2.0**31
-    states_at_once: int = 1024  # states at a time, so that their steps fit the cache
-    values_at_once: int = 2**26  # most values of the steps at a time, half a gigabyte
-    lost_share: float = 1e-6  # share of a joint's torque that may be lost in the rounding of large terms
-    # Share of the states that are at rest; at the others velocities and accelerations are -1, 0 or 1.
-    rest_share: float = 0.25
-    # Share of each coefficient that a state shows with a probability of at least `shown_probability`. Second
-    # differences of f in qd_j and qd_k, for example, consist of four values of f at equally likely states,
-    # so that the probability is at least 3/4 * (2/3)^2 / 4.
-    shown_share: float = 0.5
-    shown_probability: float = 1.0 / 12.0  # that probability
-    slide_range: float = 2.0  # range of sliding joints, m
-
-
-_SETTINGS = _IdentitySettings()
+# Most states times steps, some seconds; where the probability takes more, it is not reached.
+_MOST_STEPS = 2.0**31
+# States at a time, so that their steps fit the cache.
+_STATES_AT_ONCE = 1024
+# Most values of the steps at a time, half a gigabyte.
+_VALUES_AT_ONCE = 2**26
+# Share of a joint's torque that may be lost in the rounding of large terms.
+_LOST_SHARE = 1e-6
+# Share of the states that are at rest; at the others velocities and accelerations are -1, 0 or 1.
+_REST_SHARE = 0.25
+# Share of each coefficient that a state shows with a probability of at least `_SHOWN_PROBABILITY`. Second
+# differences of f in qdd_j and qd_k, for example, consist of four values of f at equally likely states, so
+# that the probability is at least 3/4 * (2/3)^2 / 4.
+_SHOWN_SHARE = 0.5
+_SHOWN_PROBABILITY = 1.0 / 12.0
+# Range of sliding joints, m.
+_SLIDE_RANGE = 2.0
 
 
 class _Formal(NamedTuple):
@@ -115,12 +110,12 @@ def telling_states(
     program_degrees = [formal_degrees(program, is_revolute) for program in programs]
     degrees = np.maximum(np.max([np.zeros(n), *program_degrees], axis=0), least)
     steps = sum(len(program.steps) for program in programs) or 1
-    count = math.ceil(min(states_needed(degrees, is_revolute, closeness), _SETTINGS.most_steps / steps))
-    block = max(1, min(_SETTINGS.states_at_once, _SETTINGS.values_at_once // steps))
+    count = math.ceil(min(states_needed(degrees, is_revolute, closeness), _MOST_STEPS / steps))
+    block = max(1, min(_STATES_AT_ONCE, _VALUES_AT_ONCE // steps))
     rng = np.random.default_rng()
     for _ in range(0, count, block):
-        moving = rng.integers(-1, 2, (2, block, n)) * (rng.random((block, 1)) >= _SETTINGS.rest_share)
-        q = rng.uniform(-1.0, 1.0, (block, n)) * np.where(turns, np.pi, _SETTINGS.slide_range)
+        moving = rng.integers(-1, 2, (2, block, n)) * (rng.random((block, 1)) >= _REST_SHARE)
+        q = rng.uniform(-1.0, 1.0, (block, n)) * np.where(turns, np.pi, _SLIDE_RANGE)
         yield States(q, *moving.astype(float))
 
 
@@ -143,7 +138,7 @@ def largest_difference(
             size = np.maximum(size, np.abs(reference_torque).max(axis=1))
         unit = np.ones(len(is_revolute))
         lost = np.finfo(float).eps * magnitudes(program, np.pi * unit, unit, unit)
-        return np.where(lost > _SETTINGS.lost_share * size, np.inf, difference), size
+        return np.where(lost > _LOST_SHARE * size, np.inf, difference), size
     return np.full_like(difference, np.inf), size
 
 
@@ -152,8 +147,8 @@ def states_needed(
 ) -> float:
     """Number of states that find a difference of `LEAST_DIFFERENCE` with the stated probability."""
     acting = [(int(d), turns) for d, turns in zip(degrees, is_revolute, strict=True) if d]
-    probability = _SETTINGS.shown_probability
+    probability = _SHOWN_PROBABILITY
     for d, turns in acting:
-        part = math.acosh((_SETTINGS.shown_share * LEAST_DIFFERENCE / closeness) ** (1 / len(acting))) / d
+        part = math.acosh((_SHOWN_SHARE * LEAST_DIFFERENCE / closeness) ** (1 / len(acting))) / d
         probability *= 2 / math.pi * math.acos(1 / math.cosh(part / 2)) if turns else math.tanh(part / 2) ** 2
     return -math.log(MISS_PROBABILITY) / probability

@@ -19,6 +19,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.dynamics import composite_moments as composite
+from gd_analyze.dynamics.arm_dynamics import ArmDynamics
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ArmError, GdAnalyzeError, UsageError
@@ -183,10 +184,11 @@ class _Source:
         rng = np.random.default_rng(0)
         self._q = rng.uniform(-np.pi, np.pi, (_COMPARED_STATES, self.n))
         # The expected values: D, h_ijk and c by effect.
+        dynamics = ArmDynamics(arm)
         self._numeric = {
-            "D": arm.inertia(self._q, by_effect=True, drives=False),
-            "h": arm.christoffel(self._q, by_effect=True),
-            "c": arm.gravity_loading(self._q)[:, None],
+            "D": dynamics.inertia(self._q, by_effect=True, drives=False),
+            "h": dynamics.christoffel(self._q, by_effect=True),
+            "c": dynamics.gravity_loading(self._q)[:, None],
         }
 
     def element(self, kind: str, indices: ElementIndices) -> list[SymbolicNumber]:

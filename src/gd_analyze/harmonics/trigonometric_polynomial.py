@@ -21,22 +21,14 @@ from gd_analyze.arrays import Array, FloatArray
 
 # Degree of D in every joint variable, one for each of two velocities.
 DEGREE = 2
-
-
-@dataclass(frozen=True, kw_only=True)
-class _EvaluationSettings:
-    """How many numbers an evaluation holds at once, and when a dense sum pays."""
-
-    # Positions evaluated at once: the values of some twenty polynomials fit the cache.
-    positions_at_once: int = 8192
-    # Number of coefficients up to which a dense sum is as fast as a sparse one.
-    dense_coefficients: int = 1 << 16
-    # Share of nonzero coefficients above which a dense sum is as fast as a sparse one.
-    dense_share: float = 0.3
-    numbers_in_tables: int = 1 << 22  # numbers in the tables held at once, 32 MB
-
-
-_EVALUATION = _EvaluationSettings()
+# Positions evaluated at once: the values of some twenty polynomials fit the cache.
+_POSITIONS_AT_ONCE = 8192
+# Number of coefficients up to which a dense sum is as fast as a sparse one.
+_DENSE_COEFFICIENTS = 1 << 16
+# Share of nonzero coefficients above which a dense sum is as fast as a sparse one.
+_DENSE_SHARE = 0.3
+# Numbers in the tables held at once, 32 MB.
+_NUMBERS_IN_TABLES = 1 << 22
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,10 +157,7 @@ class TrigonometricPolynomial:
         """Real and imaginary coefficients, shape (P, W); sparse arrays if most of many are zero."""
         parts = self.coefficients.real.copy(), self.coefficients.imag.copy()
         size = self.coefficients.size
-        if (
-            size <= _EVALUATION.dense_coefficients
-            or np.count_nonzero(self.coefficients) > _EVALUATION.dense_share * size
-        ):
+        if size <= _DENSE_COEFFICIENTS or np.count_nonzero(self.coefficients) > _DENSE_SHARE * size:
             return parts
         from scipy.sparse import csr_array
 
@@ -233,10 +222,10 @@ def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatAr
     """Contract (P, B_1 .. B_m) with bases (N_k, B_k), in pieces of row-major order."""
     counts, sizes = [len(basis) for basis in bases], [basis.shape[1] for basis in bases]
     inner = len(counts)
-    while inner and np.prod(counts[inner - 1 :], dtype=float) <= _EVALUATION.positions_at_once:
+    while inner and np.prod(counts[inner - 1 :], dtype=float) <= _POSITIONS_AT_ONCE:
         inner -= 1
     behind = math.prod(sizes[inner:])
-    if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _EVALUATION.numbers_in_tables:
+    if inner > 1 and len(table) * math.prod(counts[:inner]) * behind > _NUMBERS_IN_TABLES:
         # The tables at all positions of the outer joints would take too much memory.
         by_first = table.reshape(len(table), sizes[0], -1)
         for row in bases[0]:
@@ -245,7 +234,7 @@ def _on_grid(table: FloatArray, bases: Sequence[FloatArray]) -> Iterator[FloatAr
     # All nodes of the outer joints at once, shape (P, outer positions, B of the inner joints).
     outer = _contracted(table.reshape(len(table), *sizes[:inner], behind), bases[:inner])
     outer = outer.reshape(len(table), -1, behind)
-    step = max(1, int(_EVALUATION.positions_at_once // np.prod(counts[inner:], dtype=float)))
+    step = max(1, int(_POSITIONS_AT_ONCE // np.prod(counts[inner:], dtype=float)))
     for start in range(0, outer.shape[1], step):
         piece = outer[:, start : start + step]
         values = _contracted(piece.reshape(-1, *sizes[inner:], 1), bases[inner:])

@@ -7,29 +7,24 @@ extraction starts again from there. A result with more operations is undone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from random import Random
 
 from gd_analyze.operations.extraction import extract
 from gd_analyze.operations.sums import Sums, multiplications, over, times, without
 
+# These settings of a try are the best of those tested on models of the built-in arms. Accepting more
+# operations for some time gained nothing.
 
-@dataclass(frozen=True, kw_only=True)
-class _RearrangementSettings:
-    """Settings of a try: the best of those tested on models of the built-in arms.
-
-    Accepting more operations for some time gained nothing.
-    """
-
-    inlined: tuple[int, ...] = (1, 1, 2, 2, 3, 4, 6)  # numbers of variables to inline, one of which is drawn
-    # Largest random gains in the following extraction, operations, one of which is drawn.
-    noises: tuple[float, ...] = (0.3, 0.9, 1.5)
-    neighbours_probability: float = 0.7  # that all variables to inline are neighbours of the first
-    rewriting_probability: float = 0.5  # of each way to rewrite terms
-    patience_per_operation: int = 5  # tries per operation without gain, after which the search stops
-
-
-_SETTINGS = _RearrangementSettings()
+# Numbers of variables to inline, one of which is drawn.
+_INLINED = (1, 1, 2, 2, 3, 4, 6)
+# Largest random gains in the following extraction, operations, one of which is drawn.
+_NOISES = (0.3, 0.9, 1.5)
+# Probability that all variables to inline are neighbours of the first.
+_NEIGHBOURS_PROBABILITY = 0.7
+# Probability of each way to rewrite terms.
+_REWRITING_PROBABILITY = 0.5
+# Tries per operation without gain, after which the search stops.
+_PATIENCE_PER_OPERATION = 5
 
 
 def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0) -> None:
@@ -42,14 +37,14 @@ def rearrange(sums: Sums, tries: int, circles: Mapping[int, int], seed: int = 0)
     sums.mark()
     for _ in range(tries):
         patience += 1
-        if patience > _SETTINGS.patience_per_operation * least:
+        if patience > _PATIENCE_PER_OPERATION * least:
             return
         _put_back(sums, random)
         for rewrite in (_rescale_term, _rescale_variable, _fold, _use_circle):
-            if random.random() < _SETTINGS.rewriting_probability:
+            if random.random() < _REWRITING_PROBABILITY:
                 sums.tidy()
                 rewrite(sums, circles, random)
-        extract(sums, random, random.choice(_SETTINGS.noises))
+        extract(sums, random, random.choice(_NOISES))
         if sums.operations <= least:
             patience = patience if sums.operations == least else 0
             least = sums.operations
@@ -63,12 +58,12 @@ def _put_back(sums: Sums, random: Random) -> None:
     defined = sums.defined
     if not defined:
         return
-    first, count = random.choice(defined), random.choice(_SETTINGS.inlined)
+    first, count = random.choice(defined), random.choice(_INLINED)
     near = {first, *(x for m in sums.terms[first] for x in m)}
     for user in sums.users[first]:
         near |= {user, *(x for m in sums.terms[user] for x in m)}
     pool = defined
-    if random.random() < _SETTINGS.neighbours_probability:
+    if random.random() < _NEIGHBOURS_PROBABILITY:
         pool = [v for v in defined if v in near]
     for v in dict.fromkeys([first, *random.sample(pool, min(count - 1, len(pool)))]):
         sums.inline(v)

@@ -17,19 +17,10 @@ from gd_analyze.operations.trace import Expression, Trace
 # Coefficients by product: a tuple of variables, each as often as its power.
 Polynomial = Mapping[Any, float]
 
-
-@dataclass(frozen=True, kw_only=True)
-class SharingSettings:
-    """How long a program's sums are rearranged."""
-
-    most_tries_of_program: int = 400  # most rearrangements of a program
-    # Most rearrangements of a program times its operations, as each takes longer where it is long.
-    tries_times_operations: int = 200_000
-
-
-SHARING_SETTINGS = SharingSettings()
-
-
+# Most rearrangements of a program.
+MOST_TRIES_OF_PROGRAM = 400
+# Most rearrangements of a program times its operations, as each takes longer where it is long.
+_TRIES_TIMES_OPERATIONS = 200_000
 _PARTNER = {"cos": "sin", "sin": "cos"}
 
 
@@ -138,8 +129,8 @@ def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
         if (_PARTNER.get(operation), arguments) in functions
     }
     extract(sums)
-    affordable = SHARING_SETTINGS.tries_times_operations // max(sums.operations, 1)
-    tries = times * min(SHARING_SETTINGS.most_tries_of_program, affordable)
+    affordable = _TRIES_TIMES_OPERATIONS // max(sums.operations, 1)
+    tries = times * min(MOST_TRIES_OF_PROGRAM, affordable)
     rearrange(sums, tries, partners, seed)
     trace = Trace()
     shared = _shared(sums, tuple(leaves), len(program.outputs))

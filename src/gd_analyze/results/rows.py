@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from gd_analyze.dynamics.dominance import sharing_elements, text_verdicts
+from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
+from gd_analyze.dynamics.verdicts import verdict_definition
 from gd_analyze.result import Column, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.schema import declared, declared_column
@@ -73,15 +74,6 @@ def effect_of(row: Row, verdict: str | None = None) -> str:
     )
 
 
-def verdict_definition(findings: Findings) -> str:
-    """When a part is needed, and when an element is negligible."""
-    share = percent(float(findings.dominance.attrs["threshold"]))
-    return (
-        f"parts whose loss changes the element by more than {share} of its peak; negligible, if its torque "
-        f"is at most 1/{sharing_elements(findings.arm.n_joints)} of the budget"
-    )
-
-
 def is_doubtful(row: Row) -> bool:
     """Whether the verdict over the motion is less probable than `SURE`, given the stated uncertainties."""
     return row["probability"] is not None and row["probability"] < SURE
@@ -98,7 +90,8 @@ def sure_text(row: Row) -> str:
 def dominance_note(findings: Findings) -> str:
     """Key to the figure of dominance over time, and the doubtful verdicts."""
     doubtful = [f"{row['element']} {sure_text(row)}" for row in element_rows(findings) if is_doubtful(row)]
-    note = f"Coloured: {verdict_definition(findings)} (no colour)."
+    definition = verdict_definition(findings.dominance.attrs["threshold"], findings.arm.n_joints)
+    note = f"Coloured: {definition} (no colour)."
     motions, time = findings.trajectory.motions, findings.trajectory.time
     if motions:
         begins = [f"{motion.name} from {time[motion.rows.start]:.3g} s" for motion in motions]

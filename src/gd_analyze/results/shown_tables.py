@@ -8,6 +8,7 @@ from typing import Any
 
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
+from gd_analyze.dynamics.verdicts import verdict_definition
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.formulas.formula import Formula, Symbol
@@ -26,7 +27,6 @@ from gd_analyze.results.rows import (
     rows_of,
     sure_text,
     table_of,
-    verdict_definition,
 )
 from gd_analyze.schema import declared_column
 from gd_analyze.text import number, percent, pretty, thousands
@@ -103,7 +103,8 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         )
     title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
     doubts = f"; ?: less than {percent(SURE)} sure" if "robustness" in findings.tables else ""
-    note = f"Verdict: {verdict_definition(findings)}{doubts}."
+    definition = verdict_definition(findings.dominance.attrs["threshold"], findings.arm.n_joints)
+    note = f"Verdict: {definition}{doubts}."
     wide = ("rank", "peak", "sure", "change_without_translation", "change_without_rotation")
     return table_of("dominance", title, rows, columns, note, top, pages_only=wide)
 

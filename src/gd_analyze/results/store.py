@@ -24,10 +24,9 @@ from gd_analyze.results.motion_tables import trajectory_in
 from gd_analyze.robots.description import arm_from_description, describe_in_full
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.accuracy import STATED
-from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.model_file import ModelDocument, checked_model, document_of
+from gd_analyze.simplification.model_file import ModelDocument, document_of, model_of
 
 if TYPE_CHECKING:
     import h5py
@@ -75,9 +74,9 @@ def write_results(findings: Findings, path: Path) -> None:
     models = {"model": findings.model}
     if findings.element_model is not findings.model:
         models["element_model"] = findings.element_model
-    documents = {name: document_of(model).model_dump() for name, model in models.items()} | {
+    documents = {name: document_of(model).model_dump(mode="json") for name, model in models.items()} | {
         "arm": describe_in_full(findings.arm),
-        "ranked_terms": TERM.to_entries(findings.ranked_terms),
+        "ranked_terms": [TERM.entry(term) for term in findings.ranked_terms],
     }
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
@@ -111,7 +110,7 @@ def load_findings(path: str | Path) -> Findings:
     model = elements = _model(documents["model"])
     if "element_model" in documents:
         elements = _model(documents["element_model"])
-    ranked = TERM.from_entries(ExactForm(arm), documents["ranked_terms"])
+    ranked = TERM.from_entries(model.form, documents["ranked_terms"])
     warn_of_others(path, str(attributes.get("run", "")))
     if all(table.sizes.get("time", 0) <= MOST_KEPT for table in tables.values()):
         file.close()
@@ -130,7 +129,7 @@ def load_findings(path: str | Path) -> Findings:
 
 
 def _model(document: Any) -> SimplifiedModel:
-    return checked_model(ModelDocument.model_validate(document))
+    return model_of(ModelDocument.model_validate(document))
 
 
 def load_results(path: str | Path) -> xr.DataTree:

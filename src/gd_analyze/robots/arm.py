@@ -11,19 +11,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
 from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
-
-if TYPE_CHECKING:
-    from gd_analyze.dynamics.arm_dynamics import ArmDynamics
 
 Limit = Literal["lower", "upper", "velocity_limit", "acceleration_limit"]
 
@@ -210,168 +206,6 @@ class RobotArm:
             hint = "add one [[drives]] table per joint to the arm file, or ask for the links alone"
             raise ArmError(f"arm {self.name} describes no drives", where=f"arm {self.name}", next_step=hint)
         return _read_only([drive.inertia for drive in self.drives])
-
-    @strict
-    def inertia(self, q: ArrayLike, *, by_effect: bool = False, drives: bool | None = None) -> FloatArray:
-        """Mass matrix D.
-
-        Parameters
-        ----------
-        q
-            Joint variables, rad (m), shape (..., n).
-        by_effect
-            Give the parts of translation and rotation, which sum to D of the links.
-        drives
-            Add the drives' inertia to the diagonal; by default if the arm describes drives, and never by
-            effect.
-
-        Returns
-        -------
-        numpy.ndarray
-            kg m^2 (kg m, kg), shape (..., n, n), or (..., 2, n, n) by effect.
-
-        Raises
-        ------
-        UsageError
-            If the shape does not fit, a value is not a number, not finite or too large, or drives are asked
-            for by effect.
-        ArmError
-            If drives are asked for and the arm describes none.
-
-        Examples
-        --------
-        >>> from gd_analyze import load_arm
-        >>> arm = load_arm("puma560")
-        >>> arm.inertia([0.0] * 6).shape
-        (6, 6)
-        >>> translation, rotation = arm.inertia([0.0] * 6, by_effect=True)
-        """
-        return self._dynamics.inertia(q, by_effect, drives)
-
-    @strict
-    def christoffel(self, q: ArrayLike, *, by_effect: bool = False) -> FloatArray:
-        """Coefficients h_ijk of h, so that h_i sums h_ijk qd_j qd_k over j and k.
-
-        Parameters
-        ----------
-        q, by_effect
-            As for `inertia`.
-
-        Returns
-        -------
-        numpy.ndarray
-            kg m^2 (kg m, kg), shape (..., n, n, n), or (..., 2, n, n, n) by effect.
-
-        Raises
-        ------
-        UsageError
-            As for `inertia`.
-        """
-        return self._dynamics.christoffel(q, by_effect)
-
-    @strict
-    def coriolis_centrifugal(self, q: ArrayLike, qd: ArrayLike, *, by_effect: bool = False) -> FloatArray:
-        """Coriolis and centrifugal torque h.
-
-        Parameters
-        ----------
-        q, qd
-            Joint variables and velocities, rad (m) and per s, shape (..., n); leading axes are broadcast.
-        by_effect
-            Give the parts of translation and rotation, which sum to h.
-
-        Returns
-        -------
-        numpy.ndarray
-            N m (N), shape (..., n), or (..., 2, n) by effect.
-
-        Raises
-        ------
-        UsageError
-            As for `inertia`, or if the shapes cannot be broadcast.
-        """
-        return self._dynamics.coriolis_centrifugal(q, qd, by_effect)
-
-    def gravity_loading(self, q: ArrayLike) -> FloatArray:
-        """Gravity loading c, all of it translation.
-
-        Parameters
-        ----------
-        q
-            Joint variables, rad (m), shape (..., n).
-
-        Returns
-        -------
-        numpy.ndarray
-            N m (N), shape (..., n).
-
-        Raises
-        ------
-        UsageError
-            As for `inertia`.
-        """
-        return self._dynamics.gravity_loading(q)
-
-    @strict
-    def torque(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, *, drives: bool | None = None
-    ) -> FloatArray:
-        """Torque D qdd + h + c, without friction (inverse dynamics).
-
-        Parameters
-        ----------
-        q, qd, qdd
-            Joint variables, velocities and accelerations, rad (m) and per s, s^2, shape (..., n); leading
-            axes are broadcast.
-        drives
-            Add the torque that accelerates the drives; by default if the arm describes drives.
-
-        Returns
-        -------
-        numpy.ndarray
-            N m (N), shape (..., n).
-
-        Raises
-        ------
-        UsageError, ArmError
-            As for `inertia`, or if the shapes cannot be broadcast.
-        """
-        return self._dynamics.torque(q, qd, qdd, drives)
-
-    @strict
-    def forward_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, torque: ArrayLike, *, drives: bool | None = None
-    ) -> FloatArray:
-        """Accelerations that torques cause, without friction (forward dynamics).
-
-        Parameters
-        ----------
-        q, qd, torque
-            Joint variables, velocities, rad (m) and per s, and torques, N m (N), shape (..., n); leading axes
-            are broadcast.
-        drives
-            Accelerate the drives, too; by default if the arm describes drives.
-
-        Returns
-        -------
-        numpy.ndarray
-            rad/s^2 (m/s^2), shape (..., n).
-
-        Raises
-        ------
-        UsageError
-            As for `torque`.
-        ArmError
-            If D is singular or has a negative eigenvalue, or drives are asked for and the arm describes none.
-        """
-        return self._dynamics.forward_dynamics(q, qd, torque, drives)
-
-    @property
-    def _dynamics(self) -> ArmDynamics:
-        """What the methods above call; it is on a higher floor, and imported when a method is called."""
-        from gd_analyze.dynamics.arm_dynamics import ArmDynamics
-
-        return ArmDynamics(self)
 
 
 def _limits_text(joint: Joint) -> tuple[str, str]:

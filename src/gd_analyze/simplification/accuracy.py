@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
+from pydantic import AfterValidator, ConfigDict, Field, PlainSerializer, PlainValidator
 
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
@@ -18,18 +19,69 @@ from gd_analyze.text import amount, named_joints
 USUAL_STATES = (0.95, 0.999)
 # Of a bound: what this process has shown, and what a file claims and nobody has proven or measured again.
 PROVEN, STATED = "proven", "stated in the file"
+# Of a class that is written to model files as it is: other keys are refused.
+_AS_WRITTEN = ConfigDict(extra="forbid", allow_inf_nan=False)
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
+
+
+def _numbers(value: Any) -> FloatArray:
+    """An array, also from nested lists of a file; a ValueError unless all are finite numbers."""
+    array = np.array(value)
+    if array.dtype.kind not in "if" or not np.isfinite(array).all():
+        raise ValueError("expected finite numbers, and rows of one length")
+    return array.astype(float)
+
+
+def _sizes(value: Any) -> FloatArray:
+    """An array of numbers of 0 or more."""
+    array = _numbers(value)
+    if (array < 0.0).any():
+        raise ValueError("expected numbers of 0 or more")
+    return array
+
+
+def _of_states(described: Mapping[str, str | int]) -> Mapping[str, str | int]:
+    """Names of states, as `States.described` has them."""
+    kinds = {name: type(value) for name, value in described.items() if name != "motions"}
+    if kinds not in _DESCRIBED:
+        raise ValueError("expected set points of a trajectory, or states drawn from a box")
+    return described
+
+
+_DESCRIBED: tuple[dict[str, type], ...] = (
+    {"trajectory": str, "trajectory_fingerprint": str, "set_points": int},
+    {"box": str, "states": int, "seed": int},
+    {},
+)
+_AS_LISTS = PlainSerializer(lambda array: array.tolist())
+Numbers = Annotated[FloatArray, PlainValidator(_numbers), _AS_LISTS]
+Sizes = Annotated[FloatArray, PlainValidator(_sizes), _AS_LISTS]
+
+
+def _share(value: Any) -> float:
+    """A share of 0 or more; in a file null stands for infinity, which JSON has no number for."""
+    return math.inf if value is None else float(_sizes(float(value)))
+
+
+_Share = Annotated[
+    float,
+    PlainValidator(_share),
+    PlainSerializer(lambda share: share if math.isfinite(share) else None),
+]
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorTable:
     """Torque error of a model over given states, per joint; N m (N for a prismatic joint), shape (n,)."""
 
-    peak_torque: FloatArray  # largest magnitude of the exact torque
-    largest: FloatArray
-    rms: FloatArray
-    weighed: FloatArray | None = None  # largest error times `States.weights`; None for equal weights
+    __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
+
+    peak_torque: Sizes  # largest magnitude of the exact torque
+    largest: Sizes
+    rms: Sizes
+    # Largest error times `States.weights`; None for equal weights
+    weighed: Annotated[Sizes | None, Field(exclude=True)] = None
 
     @classmethod
     def of(
@@ -73,19 +125,22 @@ def share_of(error: FloatArray, peak: FloatArray) -> FloatArray:
 class AlongMotion:
     """Accuracy along one of several motions; a joint without torque there is allowed the error over all."""
 
+    __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
+
     name: str
     fingerprint: str
     set_points: int
-    allowed: FloatArray
+    allowed: Sizes
     errors: ErrorTable
-    uncertainty: FloatArray | None = None
+    uncertainty: Sizes | None = None
 
 
 class NormShare(NamedTuple):
     """Norm of the torque error over that of the torque, of all joints together, at a share of the states."""
 
-    share: float  # largest there; infinite for an error without torque
-    states: float = 1.0  # share of the states, those of the smallest errors; 1 for all
+    share: _Share  # largest there; infinite for an error without torque
+    # Share of the states, those of the smallest errors; 1 for all
+    states: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
 
 
 def norms_by_kind(torque: FloatArray, revolute: Sequence[bool]) -> FloatArray:
@@ -132,37 +187,45 @@ class SearchStep(NamedTuple):
 class Proven:
     """A bound on the torque error in a box, or in a tube around a motion."""
 
-    certified: FloatArray  # no state has a larger torque error, N m (N), shape (n,)
+    __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
+
+    certified: Sizes  # no state has a larger torque error, N m (N), shape (n,)
     # The box, or the smallest one around the tube, SI, shape (n,)
-    lower: FloatArray
-    upper: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-    where: str  # name of the states
-    effort: int  # as for `certify`
+    lower: Numbers
+    upper: Numbers
+    velocity: Sizes
+    acceleration: Sizes
+    effort: Annotated[int, Field(ge=1)]  # as for `certify`
+    # Name of the states, which follows from these numbers
+    where: Annotated[str, Field(exclude=True)] = ""
     margin: str = ""  # of a tube, as read by `Margin.parse`, and the motion's fingerprint
     trajectory_fingerprint: str = ""
     # Of a tube: its piece with the largest bound of each joint, (n, 2, 3, n): lower, upper; q, qd, qdd
-    pieces: FloatArray | None = None
-    proven_here: bool = False  # whether this process has proven it; otherwise a file states it
+    pieces: Numbers | None = None
+    # Whether this process has proven it; otherwise a file states it
+    proven_here: Annotated[bool, Field(exclude=True)] = False
 
 
 @dataclass(frozen=True, eq=False)
 class Accuracy:
-    """Accuracy that a model states."""
+    """Accuracy that a model states, here and in its file."""
 
-    allowed: FloatArray  # (n,), N m
+    __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
+
+    allowed: Sizes  # (n,), N m, as the budget comes to
     budget: str  # as written by the user
     errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
-    fitted_on: Mapping[str, str | int]  # those states, see `States.described`
+    # Those states, see `States.described`
+    fitted_on: Annotated[Mapping[str, str | int], AfterValidator(_of_states)]
     steps: tuple[SearchStep, ...] = ()  # the steps of the search
-    measured: bool = True  # errors were measured here; otherwise a file states them
-    uncertainty: FloatArray | None = None  # (n,), largest standard uncertainty of the torque, if stated
+    # Errors were measured here; otherwise a file states them
+    measured: Annotated[bool, Field(exclude=True)] = True
+    uncertainty: Sizes | None = None  # (n,), largest standard uncertainty of the torque, if stated
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
     norms: tuple[NormShare, ...] = ()  # at `USUAL_STATES`
     certificate: Proven | None = None  # what is proven, if anything
     # Largest |eigenvalue of D^-1 Ds - I| at the states of the errors and, over a region, at others.
-    gamma: float | None = None
+    gamma: Annotated[float, Field(ge=0.0)] | None = None
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself for any other."""

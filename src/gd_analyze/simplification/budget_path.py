@@ -22,7 +22,6 @@ from gd_analyze.simplification.harmonic import HarmonicLevel
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
-from gd_analyze.simplification.torque_program import FINAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,8 +79,7 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
     for factor, terms in (*_smaller(exact, model), (1.0, model.terms), *_larger(exact, model)):
         key = frozenset(terms)
         if key not in models:
-            program = model.level.write(model.form, terms, FINAL)
-            models[key] = measured(exact, replace(model, terms=terms, program=program))
+            models[key] = measured(exact, replace(model, terms=terms))
         yield factor, models[key]
 
 

@@ -18,7 +18,7 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search import SearchOptions, selected_terms
-from gd_analyze.simplification.torque_program import COUNTING, ROUGH
+from gd_analyze.simplification.torque_program import COUNTING
 
 _STATES = 150  # states of the short search, beside extremes
 _EFFORT = 0.3  # attempts of the short search, as a share of the usual
@@ -35,7 +35,7 @@ def in_worthwhile_velocities(
     if joint is exact.form or not is_asked:
         return (exact,)
     sample = exact.thinned(_STATES)
-    short = replace(options, writing=ROUGH, effort=_EFFORT * options.effort, selections=None)
+    short = replace(options, effort=_EFFORT * options.effort)
 
     def operations(form: ExactForm) -> int:
         terms = selected_terms(sample.with_form(form), allowed, short).terms

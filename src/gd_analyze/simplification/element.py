@@ -8,24 +8,25 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics import composite_moments as composite
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements, text_verdicts
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import ModelError, UsageError
+from gd_analyze.dynamics.verdicts import least_changes, representing
+from gd_analyze.errors import UsageError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.simplification.level import Checked, Level, Terms
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
+from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
-from gd_analyze.simplification.torque_program import ROUGH, Effort
+from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import rounded_up
 
 VERDICT_SOURCES = ("own", "text")
@@ -136,16 +137,11 @@ def trace_parts(arm: RobotArm) -> TracedParts:
     return TracedParts(trace, qdd[:, 0], states_first)
 
 
-class _PartEntry(Checked):
-    part: str
-
-
 class ElementLevel(Level):
     """Parts are kept whole, by verdicts and without a search: each has the weight 1."""
 
     name: ClassVar[str] = "element"
     keeps: ClassVar[str] = "parts of elements"
-    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_PartEntry])
 
     def terms(self, form: ExactForm) -> Terms:
         """Parts in the order of their elements."""
@@ -161,18 +157,9 @@ class ElementLevel(Level):
         n = form.arm.n_joints
         return parts_formulas(kept_effects(n, terms), n, form.drives)
 
-    def to_entry(self, term: ElementPart, weight: float) -> Checked:
-        """Write the part's label."""
-        return _PartEntry(part=term.label)
-
-    def from_entry(self, form: ExactForm, entry: _PartEntry) -> tuple[ElementPart, float]:
-        """Find the part with this label."""
-        parts = {part.label: part for part in parts_of(form.arm.n_joints)}
-        if entry.part not in parts:
-            first, *_, last = parts
-            message = f"{entry.part!r} is not a part of a {form.arm.n_joints}-joint arm"
-            raise ModelError(message, expected=f"labels such as {first!r} or {last!r}")
-        return parts[entry.part], 1.0
+    def entry(self, term: ElementPart) -> str:
+        """The part's label."""
+        return term.label
 
 
 ELEMENT: ElementLevel = ElementLevel()
@@ -187,20 +174,27 @@ def model_by_verdicts(
     """
     parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
     everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
-    program = ELEMENT.write(exact.form, parts, ROUGH)
-    model = measured(exact, replace(everything, terms=parts, program=program))
-    largest = model.accuracy.errors.largest
-    # Along each of several motions the budget is a share of the peak torque there, unless a joint needs none.
-    tables = [model.accuracy.errors, *(motion.errors for motion in model.accuracy.motions)]
+    model = measured(exact, replace(everything, terms=parts))
+    model = with_its_own_budget(model)
+    return measured(exact.weighed(None).under(model.accuracy.asked), model)
+
+
+def with_its_own_budget(model: SimplifiedModel) -> SimplifiedModel:
+    """State the error of a model as its budget.
+
+    Along each of several motions it is a share of the peak torque there, unless a joint needs none.
+    """
+    accuracy = model.accuracy
+    tables = [accuracy.errors, *(motion.errors for motion in accuracy.motions)]
     largest_shares = [errors.largest_share for errors in tables]
     shares = np.where(np.isfinite(largest_shares), largest_shares, -1.0).max(axis=0)
     budget = ", ".join(
         f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
-        for error, share in zip(largest.tolist(), shares.tolist(), strict=True)
+        for error, share in zip(accuracy.errors.largest.tolist(), shares.tolist(), strict=True)
     )
-    exact = exact.weighed(None).under(budget)
-    accuracy = replace(model.accuracy, budget=budget, allowed=exact.allowed(budget))
-    return measured(exact, model.stating(accuracy))
+    by = ReferenceTorques(model.arm, accuracy.errors.peak_torque, accuracy.uncertainty)
+    allowed = allowed_by(Budget.parse(budget), by)
+    return model.stating(replace(accuracy, budget=budget, allowed=allowed))
 
 
 def require_no_budget(level: Level, value: str) -> None:
@@ -212,21 +206,17 @@ def require_no_budget(level: Level, value: str) -> None:
 
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:
-    """Parts whose loss changes their element by more than the threshold of its peak."""
+    """Parts that represent their element."""
     all_elements = elements(exact.arm.n_joints)
     quantities = {
         name: np.asarray(exact.quantities[name]) for name in {element.quantity for element in all_elements}
     }
     for element in all_elements:
         parts = element.parts(quantities)
-        # As in `rank`, round-off is not a part.
-        noise = 64 * np.finfo(float).eps * np.abs(quantities[element.quantity]).max()
-        threshold_torque = max(threshold * float(np.abs(parts.sum(axis=0)).max()), noise)
-        yield from (
-            ElementPart(element, effect)
-            for effect, values in zip(EFFECTS, parts, strict=True)
-            if np.abs(values).max() > threshold_torque
-        )
+        part_peaks, peak = np.abs(parts).max(axis=1), np.abs(parts.sum(axis=0)).max()
+        least = least_changes(part_peaks, peak, np.abs(quantities[element.quantity]).max(), threshold)
+        represents = representing(part_peaks, least)
+        yield from (ElementPart(element, EFFECTS[k]) for k in np.flatnonzero(represents))
 
 
 def _of_text(form: ExactForm) -> Iterator[ElementPart]:

@@ -15,7 +15,7 @@ from gd_analyze.dynamics.decomposition import decompose_states, torque_of
 from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
-from gd_analyze.dynamics.torque_uncertainty import torque_uncertainty
+from gd_analyze.dynamics.uncertainty import torque_uncertainty
 from gd_analyze.errors import GdAnalyzeWarning, require_type, warn_caller
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of

@@ -5,29 +5,21 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import combinations_with_replacement
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import Field, TypeAdapter
 
-from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
 from gd_analyze.harmonics.lagrangian import summed, torques_of
 from gd_analyze.harmonics.squares import Squares
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Factor, Monomial, Torques, TorqueTerm, Velocity
-from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.program import Program
-from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.effects import IntegerArray, TermTorques
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.level import Checked, Coefficient, Level, Terms
+from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.selection import Costs
 from gd_analyze.simplification.torque_program import Effort, functions_of_terms, torque_program
-
-# Kind, multiple of every joint in the argument, exponent.
-_FactorEntry = tuple[Literal["cos", "sin", "power"], list[int], Annotated[int, Field(ge=1, le=DEGREE)]]
 
 
 class HarmonicLevel(Level):
@@ -118,13 +110,6 @@ class HarmonicLevel(Level):
         return Squares.of(form.torques).sum(self.torques(form, terms))
 
 
-class _TorqueEntry(Checked):
-    row: int
-    velocities: Annotated[list[tuple[Literal[1, 2], int]], Field(max_length=2)]
-    factors: list[_FactorEntry]
-    weight: Coefficient
-
-
 class TermLevel(HarmonicLevel):
     """Explicit D, h and c: a term of D' stands in D'_ij and D'_ji alike, those of h' and c' in one row.
 
@@ -133,7 +118,6 @@ class TermLevel(HarmonicLevel):
 
     name: ClassVar[str] = "term"
     keeps: ClassVar[str] = "terms"
-    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_TorqueEntry])
 
     def terms(self, form: ExactForm) -> Torques:
         """Every term of D', i <= j, of h' and of c', and its coefficient."""
@@ -187,28 +171,13 @@ class TermLevel(HarmonicLevel):
             return None
         return EnergyTerm(term.row, term.velocities[0].joint, term.monomial)
 
-    def to_entry(self, term: TorqueTerm, weight: float) -> Checked:
-        """Write row, velocities, factors and weight."""
-        factors = _factor_entries(term.monomial)
-        return _TorqueEntry(row=term.row, velocities=list(term.velocities), factors=factors, weight=weight)
-
-    def from_entry(self, form: ExactForm, entry: _TorqueEntry) -> tuple[TorqueTerm, float]:
-        """Read a term back, in absolute velocities of the arm."""
-        velocities = tuple(Velocity(*velocity) for velocity in entry.velocities)
-        term = TorqueTerm(entry.row, velocities, _monomial_of(form.arm, entry.factors))
-        joints = range(form.arm.n_joints)
-        pairs = combinations_with_replacement([Velocity(1, joint) for joint in joints], 2)
-        possible = {(), *((Velocity(2, joint),) for joint in joints), *pairs}
-        if term.row not in joints or velocities not in possible or not term.is_upper:
-            raise ModelError(f"{term} is no term of the arm's equations")
-        return term, entry.weight
-
-
-class _EnergyEntry(Checked):
-    i: int
-    j: int
-    factors: list[_FactorEntry]
-    coefficient: Coefficient
+    def entry(self, term: TorqueTerm) -> dict[str, Any]:
+        """Row, velocities and factors."""
+        return {
+            "row": term.row,
+            "velocities": [list(velocity) for velocity in term.velocities],
+            "factors": _factor_entries(term.monomial),
+        }
 
 
 class EnergyLevel(HarmonicLevel):
@@ -219,7 +188,6 @@ class EnergyLevel(HarmonicLevel):
 
     name: ClassVar[str] = "energy"
     keeps: ClassVar[str] = "energy terms"
-    entries: ClassVar[TypeAdapter[Any]] = TypeAdapter(list[_EnergyEntry])
 
     def terms(self, form: ExactForm) -> Energies:
         """Every term of the energies and its coefficient."""
@@ -233,16 +201,9 @@ class EnergyLevel(HarmonicLevel):
         """The term itself, if it is one of D'."""
         return None if term.is_potential else term
 
-    def to_entry(self, term: EnergyTerm, weight: float) -> Checked:
-        """Write element, factors and coefficient."""
-        return _EnergyEntry(i=term.i, j=term.j, factors=_factor_entries(term.monomial), coefficient=weight)
-
-    def from_entry(self, form: ExactForm, entry: _EnergyEntry) -> tuple[EnergyTerm, float]:
-        """Read a term back, of an element of the arm."""
-        term = EnergyTerm(entry.i, entry.j, _monomial_of(form.arm, entry.factors))
-        if not (term.i == term.j == -1 or 0 <= term.i <= term.j < form.arm.n_joints):
-            raise ModelError(f"{term} is no term of the arm's equations")
-        return term, entry.coefficient
+    def entry(self, term: EnergyTerm) -> dict[str, Any]:
+        """Element and factors."""
+        return {"i": term.i, "j": term.j, "factors": _factor_entries(term.monomial)}
 
 
 TERM: TermLevel = TermLevel()
@@ -250,22 +211,6 @@ ENERGY: EnergyLevel = EnergyLevel()
 HARMONIC_LEVELS: dict[str, HarmonicLevel] = {level.name: level for level in (TERM, ENERGY)}
 
 
-def _factor_entries(monomial: Monomial) -> list[_FactorEntry]:
-    return [(f.kind, list(f.multiples), monomial.count(f)) for f in dict.fromkeys(monomial)]
-
-
-def _monomial_of(arm: RobotArm, entries: Sequence[_FactorEntry]) -> Monomial:
-    """Read a monomial back; a ModelError if the arm cannot have it."""
-    monomial = sorted(Factor(kind, tuple(m)) for kind, m, exponent in entries for _ in range(exponent))
-    for factor in monomial:
-        revolute = [turns for turns, m in zip(arm.is_revolute, factor.multiples, strict=False) if m]
-        # Multiples of angles and powers do not exceed the degree of D.
-        is_possible = len(factor.multiples) == arm.n_joints
-        is_possible &= all(abs(m) <= DEGREE for m in factor.multiples)
-        if factor.kind == "power":
-            is_fitting = revolute == [False] and sum(factor.multiples) == 1
-        else:
-            is_fitting = bool(revolute) and all(revolute)
-        if not (is_possible and is_fitting):
-            raise ModelError(f"{factor.kind} of {list(factor.multiples)} is not in the arm's equations")
-    return tuple(monomial)
+def _factor_entries(monomial: Monomial) -> list[Any]:
+    """Kind, multiple of every joint in the argument, and exponent of every factor."""
+    return [[f.kind, list(f.multiples), monomial.count(f)] for f in dict.fromkeys(monomial)]

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar
-
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from typing import Any, ClassVar
 
 from gd_analyze.errors import ModelError
 from gd_analyze.formulas.formula import Formula, Legend
@@ -14,18 +13,9 @@ from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.torque_program import Effort
-from gd_analyze.text import LARGEST_COEFFICIENT
 
-# Content of a model: a number by term or part, of the level's own type.
+# Content of a model: the exact coefficient by term or part, of the level's own type.
 Terms = Mapping[Any, float]
-# What a term is multiplied by.
-Coefficient = Annotated[float, Field(ge=-LARGEST_COEFFICIENT, le=LARGEST_COEFFICIENT)]
-
-
-class Checked(BaseModel):
-    """Base of a model file's entries: unknown keys and infinite numbers are refused."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class Level(ABC):
@@ -33,7 +23,6 @@ class Level(ABC):
 
     name: ClassVar[str]  # for users
     keeps: ClassVar[str]  # unit in which models are counted, in the plural
-    entries: ClassVar[TypeAdapter[Any]]  # schema of the terms in a model file
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}()"
@@ -62,23 +51,20 @@ class Level(ABC):
         return Legend((), (), ())
 
     @abstractmethod
-    def to_entry(self, term: Any, weight: float) -> Checked:
-        """Write a term for a model file."""
-
-    @abstractmethod
-    def from_entry(self, form: ExactForm, entry: Any) -> tuple[Any, float]:
-        """Read a term back; a ModelError if the arm cannot have it."""
-
-    def to_entries(self, terms: Terms) -> list[Any]:
-        """Write terms for a model file, as plain values."""
-        return [self.to_entry(*term).model_dump(mode="json") for term in terms.items()]
+    def entry(self, term: Any) -> Any:
+        """A term as a file names it, in plain values."""
 
     def from_entries(self, form: ExactForm, entries: Sequence[Any]) -> dict[Any, float]:
-        """Read terms back; a ModelError if one is stated twice, or is not of the arm."""
-        stated = [self.from_entry(form, entry) for entry in self.entries.validate_python(entries)]
-        terms = dict(stated)
-        if len(terms) < len(stated):
-            raise ModelError("a term is stated twice")
+        """Find terms among the arm's as a file names them; a ModelError if one is not there, or is twice."""
+        terms = dict[Any, float]()
+        coefficients = self.terms(form) if entries else {}
+        by_entry = {json.dumps(self.entry(term)): term for term in coefficients}
+        for place, entry in enumerate(entries):
+            term = by_entry.get(json.dumps(entry))
+            if term is None or term in terms:
+                message = f"{form.arm.name} has no such term" if term is None else "a term is stated twice"
+                raise ModelError(message, where=f"terms.{place}", found=json.dumps(entry)[:120])
+            terms[term] = coefficients[term]
         return terms
 
     def torques(self, form: ExactForm, terms: Terms) -> Torques:

@@ -44,9 +44,7 @@ class SimplifiedModel:
     form
         The exact dynamics that it approximates.
     terms
-        Numbers by kept term, of the level's own type.
-    program
-        The torques as a straight-line program, from which D, h and c follow.
+        Coefficients by kept term, of the level's own type; all else follows.
     accuracy
         Budget, errors, and the states at which they were measured.
     provenance
@@ -56,7 +54,6 @@ class SimplifiedModel:
     level: Level
     form: ExactForm
     terms: Terms
-    program: Program
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -231,16 +228,33 @@ class SimplifiedModel:
         """Simplified c, N m, shape (..., n)."""
         return self._evaluated(self.functions.gravity_loading, q)
 
-    def stating(self, accuracy: Accuracy) -> SimplifiedModel:
-        """The same model with this accuracy; what was derived from its terms is not derived again."""
+    def stating(
+        self, accuracy: Accuracy | None = None, provenance: Mapping[str, str] | None = None
+    ) -> SimplifiedModel:
+        """The same model with other statements; what was derived from its terms is not derived again."""
         model = copy(self)
-        object.__setattr__(model, "accuracy", accuracy)
+        if accuracy is not None:
+            object.__setattr__(model, "accuracy", accuracy)
+        if provenance is not None:
+            object.__setattr__(model, "provenance", dict(provenance))
         return model
+
+    @cached_property
+    def drops_nothing(self) -> bool:
+        """Whether it keeps all terms of its level, and is the exact dynamics."""
+        return self.terms == self.level.terms(self.form)
+
+    @cached_property
+    def program(self) -> Program:
+        """Its torques as a straight-line program of few operations."""
+        if self.drops_nothing:
+            return self.form.program
+        return self.level.write(self.form, self.terms, FINAL)
 
     @cached_property
     def functions(self) -> Functions:
         """D, h and c as programs of their own, from their terms or, without terms, from the torque."""
-        if self.terms == self.level.terms(self.form):
+        if self.drops_nothing:
             return self.form.functions
         if not self.has_terms:
             return functions_of(self.program, self.arm.n_joints)
@@ -281,22 +295,6 @@ def require_model(value: object) -> None:
     require_type(value, SimplifiedModel, "model", "a model, as `simplify` or `load_model` returns it")
 
 
-def no_dearer(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
-    """Replace a model that saves nothing by the exact one; the record of the search is kept."""
-    if model.saves:
-        return model
-    everything = exactly(exact, model.level, model.accuracy.allowed, model.accuracy.budget)
-    stated = everything.accuracy
-    accuracy = replace(
-        model.accuracy,
-        errors=stated.errors,
-        motions=stated.motions,
-        norms=stated.norms,
-        gamma=everything.gamma(exact),
-    )
-    return replace(everything, accuracy=accuracy, provenance=model.provenance)
-
-
 def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
     """Make the exact model, in the fewest operations known."""
     form, errors = exact.form, exact.errors_of(exact.torque)
@@ -304,7 +302,6 @@ def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str
         level=level,
         form=form,
         terms=level.terms(form),
-        program=form.program,
         accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
     )
     return measured(exact, model)

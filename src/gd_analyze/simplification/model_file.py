@@ -1,281 +1,200 @@
-"""Simplified models as JSON: versioned, checked against a schema and against themselves, never code.
+"""Simplified models as JSON: versioned, checked against a schema and against their arm, never code.
 
-Cheap results are recomputed; the others must be consistent, and remain statements of the file.
+A file holds what cannot be derived: the arm, which of its terms are kept, and what was found of the model's
+accuracy. Coefficients and programs follow from the arm and the terms.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import warnings
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeError, Location, ModelError, OutputError
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, path_of, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.formats import shipped_trajectories
-from gd_analyze.operations.program import plain_program, read_back
+from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.read import read_trajectory
+from gd_analyze.motions.states import States, states_in_box, states_of
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
 from gd_analyze.robots.description import arm_from_description, describe
+from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
-from gd_analyze.simplification.accuracy import (
-    Accuracy,
-    AlongMotion,
-    ErrorTable,
-    NormShare,
-    Proven,
-    SearchStep,
-)
+from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, Proven
+from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.exact import ExactForm, JointForm
-from gd_analyze.simplification.level import Checked
+from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.model import SimplifiedModel, require_model
-from gd_analyze.simplification.model_claims import (
-    WRITE_AGAIN,
-    measured_where_possible,
-    require_consistent,
-    require_equal,
-    require_not_refuted,
-    require_terms_computed,
-    with_states_named,
-)
 from gd_analyze.text import field_fault, in_python, json_fault
 
 MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
 VERSION: Literal[7] = 7
+WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
+# Most drawn states at which errors are measured again: a tenth of a second.
+MOST_MEASURED_AGAIN = 10_000
+# An error measured on another machine may exceed the allowed one by rounding.
+_ROUNDING = 1e-9
 _BEGIN = 200  # bytes that hold the format's name
 _MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
 
 
-class _JointError(Checked):
-    joint: str
-    peak_torque: float
-    allowed_error: float
-    largest_error: float
-    rms_error: float
-    uncertainty: float | None
-
-
-class _SetPoints(Checked):
-    trajectory: str
-    trajectory_fingerprint: str
-    set_points: int
-    motions: str | None = None
-
-
-class _Drawn(Checked):
-    box: str
-    states: int
-    seed: int
-
-
-class _Unnamed(Checked):
-    pass
-
-
-_FittedOn = _SetPoints | _Drawn | _Unnamed
-_FITTED_ON: TypeAdapter[_FittedOn] = TypeAdapter(_FittedOn)
-# Share of the states, and share of the norm that they keep: None for an error without torque.
-_Norm = tuple[Annotated[float, Field(gt=0.0, le=1.0)], Annotated[float, Field(ge=0.0)] | None]
-
-
-class _AlongMotion(Checked):
-    name: str
-    fingerprint: str
-    set_points: int
-    errors: list[_JointError]
-
-
-_Limits = tuple[list[float], list[float], list[float]]
-
-
-class _Bound(Checked):
-    joint: str
-    certified: Annotated[float, Field(ge=0.0)]
-    lower: float
-    upper: float
-    velocity: Annotated[float, Field(ge=0.0)]
-    acceleration: Annotated[float, Field(ge=0.0)]
-    # Of a tube: limits of q, qd and qdd of all joints in its piece with the largest bound of this one
-    piece: tuple[_Limits, _Limits] | None
-
-
-class _Certificate(Checked):
-    """Bounds on the torque error, and their box, or the smallest box around the tube."""
-
-    joints: list[_Bound]
-    effort: Annotated[int, Field(ge=1)]
-    margin: str
-    trajectory_fingerprint: str
-
-    def as_proven(self) -> Proven:
-        joints: dict[str, Any] = {
-            name: np.array([getattr(row, name) for row in self.joints]) for name in _PROVEN
-        }
-        pieces = [row.piece for row in self.joints if row.piece is not None]
-        shape = (len(self.joints), 2, 3, len(self.joints))
-        is_tube = bool(self.trajectory_fingerprint)
-        if len(pieces) != (len(self.joints) if is_tube else 0):
-            raise ValueError("a certificate near a motion has a piece for every joint, and no other has any")
-        return Proven(
-            **joints,
-            **{name: getattr(self, name) for name in _ABOUT},
-            where="",  # follows from the numbers and the arm
-            pieces=np.array(pieces).reshape(shape) if is_tube else None,
-        )
-
-
-_PROVEN = ("certified", "lower", "upper", "velocity", "acceleration")
-_ABOUT = ("effort", "margin", "trajectory_fingerprint")
-
-
-class ModelDocument(Checked):
+class ModelDocument(BaseModel):
     """The whole file."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     format: Literal["gd-analyze simplified model"]
     version: Literal[7]
     level: str
     velocities: Literal["absolute", "joint"]  # those of the terms
     drives: bool
-    budget: str
-    errors_are: Literal["sampled at the states of fitted_on"]
-    errors: list[_JointError]
-    fitted_on: _FittedOn
-    motions: list[_AlongMotion]
-    norms: list[_Norm]
-    search: list[SearchStep]
-    certificate: _Certificate | None
-    gamma: Annotated[float, Field(ge=0.0)] | None
+    accuracy: Accuracy
     arm: dict[str, Any]
-    terms: list[dict[str, Any]]  # in the level's own format
-    steps: list[list[str | float]]
-    outputs: list[str | float]
+    terms: Literal["all"] | list[Any]  # those kept, as the level writes them; "all" is the exact torque
     provenance: dict[str, str]
     digest: str
 
 
 def document_of(model: SimplifiedModel) -> ModelDocument:
     """Write a model into its schema; the digest is left empty."""
-    accuracy = model.accuracy
-    steps, outputs = plain_program(model.program)
+    level = model.level
     return ModelDocument(
         format=MODEL_FORMAT,
         version=VERSION,
-        level=model.level.name,
+        level=level.name,
         velocities="joint" if isinstance(model.form, JointForm) else "absolute",
         drives=model.drives,
-        budget=accuracy.budget,
-        errors_are="sampled at the states of fitted_on",
-        errors=_errors(model, accuracy),
-        fitted_on=_FITTED_ON.validate_python(dict(accuracy.fitted_on)),
-        motions=[
-            _AlongMotion(
-                name=m.name, fingerprint=m.fingerprint, set_points=m.set_points, errors=_errors(model, m)
-            )
-            for m in accuracy.motions
-        ],
-        norms=[(norm.states, norm.share if np.isfinite(norm.share) else None) for norm in accuracy.norms],
-        search=list(accuracy.steps),
-        certificate=_certificate(model),
-        gamma=accuracy.gamma,
+        accuracy=model.accuracy,
         arm=describe(model.arm),
-        terms=model.level.to_entries(model.terms),
-        steps=steps,
-        outputs=outputs,
+        terms="all" if model.drops_nothing else [level.entry(term) for term in model.terms],
         provenance=dict(model.provenance),
         digest="",
     )
 
 
-def _errors(model: SimplifiedModel, stated: Accuracy | AlongMotion) -> list[_JointError]:
-    errors, spread = stated.errors, stated.uncertainty
-    return [
-        _JointError(
-            joint=joint.name,
-            peak_torque=errors.peak_torque[i],
-            allowed_error=stated.allowed[i],
-            largest_error=errors.largest[i],
-            rms_error=errors.rms[i],
-            uncertainty=None if spread is None else spread[i],
-        )
-        for i, joint in enumerate(model.arm.joints)
-    ]
+def model_of(document: ModelDocument) -> SimplifiedModel:
+    """Rebuild a model, with its errors measured again where its states are at hand.
 
-
-def _certificate(model: SimplifiedModel) -> _Certificate | None:
-    stated = model.accuracy.certificate
-    if stated is None:
-        return None
-    joints = [
-        _Bound(
-            joint=joint.name,
-            **{name: getattr(stated, name)[i] for name in _PROVEN},
-            piece=None if stated.pieces is None else stated.pieces[i].tolist(),
-        )
-        for i, joint in enumerate(model.arm.joints)
-    ]
-    return _Certificate(joints=joints, **{name: getattr(stated, name) for name in _ABOUT})
-
-
-def _model_of(document: ModelDocument) -> SimplifiedModel:
-    level = LEVELS[document.level]
-    form = ExactForm(arm_from_description(document.arm), document.drives)
+    Raises
+    ------
+    ModelError
+        If numbers are not those of the arm's joints, or the model misses its budget.
+    """
+    level, arm = LEVELS[document.level], arm_from_description(document.arm)
+    form = ExactForm(arm, document.drives)
     form = form.in_joint_velocities if document.velocities == "joint" else form
-    inputs = {f"{name}{i + 1}" for name in ("q", "qd", "qdd") for i in range(form.arm.n_joints)}
-    allowed, errors, spread = _stated(document.errors)
-    return SimplifiedModel(
+    terms = level.terms(form) if document.terms == "all" else level.from_entries(form, document.terms)
+    model = SimplifiedModel(
         level=level,
         form=form,
-        terms=level.from_entries(form, document.terms),
-        program=read_back(document.steps, document.outputs, inputs),
-        accuracy=Accuracy(
-            allowed,
-            document.budget,
-            errors,
-            document.fitted_on.model_dump(exclude_none=True),
-            tuple(document.search),
-            uncertainty=spread,
-            motions=tuple(
-                AlongMotion(motion.name, motion.fingerprint, motion.set_points, *_stated(motion.errors))
-                for motion in document.motions
-            ),
-            norms=tuple(NormShare(np.inf if x is None else x, part) for part, x in document.norms),
-            certificate=None if document.certificate is None else document.certificate.as_proven(),
-            gamma=document.gamma,
-        ),
+        terms=terms,
+        accuracy=_accuracy_of(arm, document.accuracy),
         provenance=document.provenance,
     )
+    return _measured_where_possible(model)
 
 
-def _stated(errors: list[_JointError]) -> tuple[FloatArray, ErrorTable, FloatArray | None]:
-    """Allowed errors, errors and uncertainty of all joints."""
-    rows = [(row.peak_torque, row.allowed_error, row.largest_error, row.rms_error) for row in errors]
-    peak, allowed, largest, rms = np.array(rows, dtype=float).reshape(-1, 4).T
-    spread = [row.uncertainty for row in errors if row.uncertainty is not None]
-    return allowed, ErrorTable(peak, largest, rms), np.array(spread) if len(spread) == len(errors) else None
+def _accuracy_of(arm: RobotArm, stated: Accuracy) -> Accuracy:
+    """What a file states, and what follows from that: allowed errors, and the names of states."""
+    _require_of_joints(arm, stated)
+    by = ReferenceTorques(arm, stated.errors.peak_torque, stated.uncertainty)
+    allowed, certificate = allowed_by(stated.asked, by), stated.certificate
+    if certificate is not None:
+        where = _states_of(arm, certificate, str(stated.fitted_on.get("trajectory")))
+        certificate = replace(certificate, where=where, proven_here=False)
+    motions = tuple(_along(arm, stated, motion, allowed) for motion in stated.motions)
+    return replace(stated, allowed=allowed, motions=motions, certificate=certificate, measured=False)
 
 
-def checked_model(document: ModelDocument, rebuilt: SimplifiedModel | None = None) -> SimplifiedModel:
-    """Rebuild a model, unless `rebuilt` is given, and check it against its document."""
-    model = rebuilt or _model_of(document)
-    joints = [joint.name for joint in model.arm.joints]
-    if document.certificate is not None:
-        require_equal("joints of certificate", [row.joint for row in document.certificate.joints], joints)
-    for errors in (document.errors, *(motion.errors for motion in document.motions)):
-        require_equal("joints of errors", [row.joint for row in errors], joints)
-    if document.motions or "motions" in model.accuracy.fitted_on:
-        total = sum(motion.set_points for motion in document.motions)
-        require_equal("set_points of motions", total, model.accuracy.fitted_on.get("set_points"))
-    require_terms_computed(model)
-    require_consistent(model)
-    require_not_refuted(model)
-    return measured_where_possible(with_states_named(model))
+def _along(arm: RobotArm, stated: Accuracy, motion: AlongMotion, allowed: FloatArray) -> AlongMotion:
+    """Accuracy along one of several motions; a joint without torque there is allowed the error over all."""
+    by = ReferenceTorques(arm, motion.errors.peak_torque, motion.uncertainty)
+    along = np.minimum(allowed, allowed_by(stated.asked, by))
+    return replace(motion, allowed=np.where(motion.errors.peak_torque > 0.0, along, allowed))
+
+
+def _require_of_joints(arm: RobotArm, stated: Accuracy) -> None:
+    """Raise a ModelError unless there is a number for every joint of the arm."""
+    n, bound = arm.n_joints, stated.certificate
+    arrays = {"uncertainty": stated.uncertainty, **vars(stated.errors)}
+    for motion in stated.motions:
+        arrays[f"motion {motion.name}: uncertainty"] = motion.uncertainty
+        arrays |= {f"motion {motion.name}: {name}": array for name, array in vars(motion.errors).items()}
+    if bound is not None:
+        names = ("certified", "lower", "upper", "velocity", "acceleration")
+        arrays |= {f"certificate {name}": getattr(bound, name) for name in names}
+    shapes: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = [
+        (name, array.shape, (n,)) for name, array in arrays.items() if array is not None
+    ]
+    if bound is not None and bound.trajectory_fingerprint:
+        pieces = () if bound.pieces is None else bound.pieces.shape
+        shapes.append(("certificate pieces", pieces, (n, 2, 3, n)))
+    for name, shape, expected in shapes:
+        if shape != expected:
+            message = f"not the numbers of {n} joints"
+            raise ModelError(message, where=name, expected=f"shape {expected}", found=f"shape {shape}")
+
+
+def _states_of(arm: RobotArm, bound: Proven, trajectory: str) -> str:
+    """Name of the states of a bound, by its numbers."""
+    if bound.margin:
+        return f"{Margin.parse(bound.margin).in_words(arm)} of {trajectory}"
+    with warnings.catch_warnings(action="ignore", category=GdAnalyzeWarning):  # given when the arm is read
+        *limits, remark = vars(box_limits(arm)).values()
+    stated = bound.lower, bound.upper, bound.velocity, bound.acceleration
+    is_all = all(np.array_equal(a, b) for a, b in zip(stated, limits, strict=True))
+    return f"the arm's limits{remark}" if is_all else "the box"
+
+
+def _measured_where_possible(model: SimplifiedModel) -> SimplifiedModel:
+    """Measure errors again at states of a box or a shipped motion; others remain stated."""
+    accuracy, states = model.accuracy, None
+    count, seed, name = (accuracy.fitted_on.get(key) for key in ("states", "seed", "trajectory"))
+    # A different arm may have the name of one that a motion was planned for, with limits that it exceeds.
+    with warnings.catch_warnings(action="ignore", category=GdAnalyzeWarning), suppress(GdAnalyzeError):
+        if isinstance(count, int) and isinstance(seed, int):
+            if 0 < count <= MOST_MEASURED_AGAIN and seed >= 0:
+                states = states_in_box(model.arm, count, seed)
+        elif name in shipped_trajectories():
+            states = states_of(read_trajectory(str(name), model.arm))
+    if states is None or dict(states.described) != dict(accuracy.fitted_on):
+        return model
+    return measured_at(model, states)
+
+
+def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
+    """Measure a model's errors at the states it was fitted on; a ModelError if it misses its budget there.
+
+    Near these states gamma may be larger than at them.
+    """
+    exact, stated = ExactDynamics.of(model.arm, states, model.drives), model.accuracy
+    allowed = exact.allowed(stated.asked)
+    gamma = model.gamma(exact) if stated.gamma is None else max(stated.gamma, model.gamma(exact))
+    accuracy = replace(stated, allowed=allowed, gamma=gamma, measured=True)
+    accuracy = exact.held(accuracy, model.torque(*states.arrays))
+    largest = accuracy.errors.largest
+    if (largest > (1.0 + _ROUNDING) * allowed).any():
+        joint = int((largest / allowed).argmax())
+        raise ModelError(
+            "the model misses its budget",
+            where=f"joint {joint + 1}, {model.arm.joints[joint].name}, at {states.in_words}",
+            expected=f"an error of at most {allowed[joint]:.6g}",
+            found=f"{largest[joint]:.6g}",
+            next_step=WRITE_AGAIN,
+        )
+    return model.stating(accuracy)
 
 
 def save_model(model: SimplifiedModel, path: str | Path) -> None:
@@ -313,7 +232,7 @@ def replaces_model(path: Path) -> bool:
 
 def model_text(model: SimplifiedModel) -> str:
     """Content of a model's file."""
-    document = document_of(model).model_dump()
+    document = document_of(model).model_dump(mode="json")
     return json.dumps(document | {"digest": digest_of_model(document)}, indent=2, ensure_ascii=False) + "\n"
 
 
@@ -323,9 +242,9 @@ def load_model(path: str | Path) -> SimplifiedModel:
     Raises
     ------
     ModelError
-        If the file cannot be read, is not such a model, or is inconsistent: its program must compute its
-        terms at every state, the arm must be the one it was fitted on, and its statements must hold where
-        they can be checked, see `Accuracy.measured`.
+        If the file cannot be read or is not such a model, if a term is none of its arm's, or if it misses its
+        budget at states that are at hand. What else it states of its errors remains stated, see
+        `Accuracy.measured`.
 
     Warns
     -----
@@ -338,25 +257,22 @@ def load_model(path: str | Path) -> SimplifiedModel:
         if raw.get(key) not in possible:
             expected, value = " or ".join(map(str, possible)), in_python(raw.get(key))
             raise _refused(f"the model file has another {key}", f"{path}: {key}", expected, value)
+    if raw.get("digest") != digest_of_model(raw):
+        message = "the model file was changed after it was written: its stated errors no longer hold"
+        stated = f"digest {str(raw.get('digest'))[:16]}"
+        raise _refused(message, str(path), f"digest {digest_of_model(raw)[:16]}... of its content", stated)
     try:
-        document = ModelDocument.model_validate(raw)
-        model = _model_of(document)
+        model = model_of(ModelDocument.model_validate(raw))
     except ValidationError as error:
         first = error.errors()[0]
         where = f"{path}: {'.'.join(str(key) for key in first['loc'])}"
         raise _refused("the model file is damaged", where, *field_fault(first)) from None
-    except (GdAnalyzeError, LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
+    except GdAnalyzeError as error:
+        raise fault_of_file(path, error) from None
+    except (LookupError, TypeError, ArithmeticError, ValueError, AttributeError) as error:
         message = "the model file is damaged: its arm or its terms cannot be rebuilt"
         value = (str(error) or type(error).__name__).splitlines()[0]
         raise _refused(message, str(path), None, value) from None
-    if raw["digest"] != digest_of_model(raw):
-        message = "the model file was changed after it was written: its stated errors no longer hold"
-        stated = f"digest {str(raw['digest'])[:16]}..."
-        raise _refused(message, str(path), f"digest {digest_of_model(raw)[:16]}... of its content", stated)
-    try:
-        model = checked_model(document, model)
-    except GdAnalyzeError as error:
-        raise fault_of_file(path, error) from None
     warn_of_implausible(model.arm, stacklevel=2)
     warn_of_others(path, model.provenance.get("run", ""))
     return model

@@ -15,7 +15,6 @@ from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.terms import EnergyTerm
-from gd_analyze.operations.program import Program
 from gd_analyze.simplification.accuracy import SearchStep
 from gd_analyze.simplification.candidates import Candidates, candidates_of
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
@@ -31,7 +30,7 @@ from gd_analyze.simplification.selection import (
     improve,
     repair,
 )
-from gd_analyze.simplification.torque_program import FINAL, ROUGH, Effort
+from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.text import SINE_PRICE
 
 # Called with the number of terms dropped since the last call.
@@ -60,14 +59,10 @@ class SearchOptions:
 
     level: Level = TERM
     thorough: bool = True  # attempts after the first descent; without them, the descent alone
-    writing: Effort = FINAL  # spent on the program of the model
     effort: float = 1.0  # number of attempts, relative to the usual
-    # Successive selections, which a search continues and extends.
-    selections: list[Terms] | None = None
     same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
-    most_terms: float = math.inf  # of a model over a region: the first search that ends with more is the last
+    most_terms: float = math.inf  # the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
-    dearer: bool = False  # return the result even if it takes more operations than the exact torque
 
     def __post_init__(self) -> None:
         require_flags_of(self)
@@ -86,22 +81,21 @@ class SearchOptions:
             raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
 
 
-class FoundTerms(NamedTuple):
-    """Outcome of a search; fields as in `SimplifiedModel` and `Accuracy`."""
+class SelectedTerms(NamedTuple):
+    """The terms that a search keeps, and its steps."""
 
     terms: Terms
-    program: Program
     steps: tuple[SearchStep, ...]
 
 
 def selected_terms(
-    exact: ExactDynamics, allowed: FloatArray, options: SearchOptions, progress: TermProgress = None
-) -> FoundTerms:
-    """Search for the terms to keep; a TooManyTermsError if too many matter.
-
-    A search that continues, see `SearchOptions.selections`, begins from the terms of the last one.
-    """
-    start = options.selections[-1] if options.selections else None
+    exact: ExactDynamics,
+    allowed: FloatArray,
+    options: SearchOptions,
+    start: Terms | None = None,
+    progress: TermProgress = None,
+) -> SelectedTerms:
+    """Search for the terms to keep, from `start` if given; a TooManyTermsError if too many matter."""
     candidates = candidates_of(
         exact, options.level, allowed, sine_price=options.sine_price, included=start or {}
     )
@@ -127,9 +121,7 @@ def selected_terms(
     terms = candidates.chosen(selection.selected)
     if progress is not None:
         progress(candidates.total - len(terms))
-    if options.selections is not None:
-        options.selections.append(terms)
-    return FoundTerms(terms, candidates.write(terms, options.writing), tuple(steps))
+    return SelectedTerms(terms, tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:

@@ -8,22 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import CHUNK, chunks, evenly
-from gd_analyze.certification.held import Held
+from gd_analyze.arrays import CHUNK, FloatArray, chunks, evenly
 from gd_analyze.dynamics.decomposition import (
     MOST_KEPT,
-    contributions_program,
     decompose,
     decompose_on_demand,
     decompose_states,
 )
 from gd_analyze.dynamics.dominance import Extremes, elements
-from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Batch, Program
@@ -31,8 +29,11 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
+from gd_analyze.simplification.element import ELEMENT, with_its_own_budget
+from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
+from gd_analyze.simplification.simplify import Check, Excess
 from gd_analyze.studies.steps.read import RunInputs
 
 if TYPE_CHECKING:
@@ -47,8 +48,6 @@ class SetPointSettings:
     shown_parts: int = 12  # parts of the motion whose extremes are shown
     # Least set points in tables and figures, several for each column of pixels in a figure.
     least_shown: int = 1500
-    # Rounds that add set points at which a model exceeds its budget to those of the search.
-    most_rounds: int = 20
 
 
 SET_POINT_SETTINGS = SetPointSettings()
@@ -61,11 +60,6 @@ MOST_STORED = 2**17
 _KINDS = ("q", "qd", "qdd")
 # Set points, from 0, ascending.
 Points = NDArray[np.intp]
-# Searches the model by elements and the run's model, from exact dynamics at some set points.
-Search: TypeAlias = Callable[[ExactDynamics], tuple[SimplifiedModel, Held]]
-# Dynamics at the states of the last search, both models with their errors at all set points, and the set
-# points of the largest errors where searches look at some only.
-Settled: TypeAlias = tuple[ExactDynamics, SimplifiedModel, Held, Points]
 
 
 def set_points_of(inputs: RunInputs, progress: Callable[[int], None]) -> KeptMotion | LongMotion:
@@ -85,9 +79,16 @@ class KeptMotion:
     dataset: xr.Dataset
     extremes: Extremes | None = None  # of the elements; None where the dataset has them
 
-    def settled(self, exact: ExactDynamics, search: Search) -> Settled:
-        """Search once: the models keep their budgets at every set point."""
-        return exact, *search(exact), np.empty(0, dtype=np.intp)
+    @property
+    def everywhere(self) -> tuple[Check, ...]:
+        """No further checks: a search keeps the budget at every set point."""
+        return ()
+
+    def stated(
+        self, exact: ExactDynamics, models: Sequence[SimplifiedModel]
+    ) -> tuple[list[SimplifiedModel], Points]:
+        """Models with their errors at every set point, as searches state them; no set points stand out."""
+        return list(models), np.empty(0, dtype=np.intp)
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
         """State the errors of models for growing budgets."""
@@ -156,41 +157,60 @@ class LongMotion:
         dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
         return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
 
+    @cached_property
+    def round_off(self) -> float:
+        """Torque that is only round-off, N m."""
+        return ExactDynamics.of(self.arm, self.dataset).round_off
+
     def states(self, points: Points) -> States:
         """Take some set points."""
         return States(self.motion.q[points], self.motion.qd[points], self.motion.qdd[points])
 
-    def settled(self, exact: ExactDynamics, search: Search) -> Settled:
-        """Search until both models keep their budgets at every set point; raise after too many rounds."""
-        torques = contributions_program(self.arm, self.arm.counts_drives(self.inputs.settings.drives))
-        for _ in range(SET_POINT_SETTINGS.most_rounds):
-            element_model, held_model = search(exact)
-            (element_model, model), worst, broken = self.stated(
-                exact, (element_model, held_model.model), torques
-            )
-            if not broken.any():
-                return exact, element_model, held_model._replace(model=model), worst.ravel()
-            states = np.stack(self.states(np.unique(worst[broken])).arrays)
-            exact = exact.joined_by(states, np.ones(states.shape[1:]))
-        message = "the model misses its budget"
-        next_step = "please report this with the arm file and the motion"
-        raise GdAnalyzeError(message, where=f"trajectory {self.motion.name}", next_step=next_step)
+    @property
+    def everywhere(self) -> tuple[Check, ...]:
+        """A check at every set point of the motion: the worst of every joint joins the search."""
+        return (self._exceeding,)
+
+    def _exceeding(self, model: SimplifiedModel, turn: int) -> Excess:
+        """Look where a model exceeds its budget at the motion's set points."""
+        (largest,), _, (worst,) = self._errors(model.form, [model])
+        states = np.stack(self.states(np.unique(worst[largest > model.accuracy.allowed])).arrays)
+        return Excess(states, np.ones(states.shape[1:]), largest)
 
     def stated(
-        self, exact: ExactDynamics, models: Sequence[SimplifiedModel], torques: Program
-    ) -> tuple[list[SimplifiedModel], Points, NDArray[np.bool_]]:
-        """State the errors of models at all set points, given a program of the exact torques.
+        self, exact: ExactDynamics, models: Sequence[SimplifiedModel]
+    ) -> tuple[list[SimplifiedModel], Points]:
+        """Models with their errors at every set point, and the set points of the largest errors."""
+        largest, squares, worst = self._errors(exact.form, models)
+        count = self.motion.n_set_points
+        fitted_on: dict[str, str | int] = {
+            "trajectory": self.motion.name,
+            "trajectory_fingerprint": self.motion.fingerprint,
+            "set_points": count,
+        }
+        stated_models = []
+        for model, largest_error, square in zip(models, largest, squares, strict=True):
+            errors = ErrorTable(exact.peak_torque, largest_error, np.sqrt(square / count))
+            model = model.stating(replace(model.accuracy, errors=errors, fitted_on=fitted_on))
+            if model.level is ELEMENT and (largest_error > model.accuracy.allowed).any():
+                model = with_its_own_budget(model)
+            stated_models.append(model)
+        return stated_models, worst.ravel()
 
-        Also returns the set point of each model's largest error at each joint, shape (models, n), and whether
-        it exceeds the allowed one. All models form one program, so that they share steps.
+    def _errors(
+        self, form: ExactForm, models: Sequence[SimplifiedModel]
+    ) -> tuple[FloatArray, FloatArray, Points]:
+        """Largest error, sum of squared errors, and set point of the largest error, shape (models, n) each.
+
+        All models form one program with the exact torque, so that they share steps.
         """
         n, count = self.arm.n_joints, self.motion.n_set_points
         trace = Trace()
         programs = {id(model.program): model.program for model in models}
-        all_programs = (torques, *programs.values())
+        all_programs = (form.program, *programs.values())
         values = [(program.folded(trace, {}), program.outputs) for program in all_programs]
         joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
-        batch, floor = Batch(joint, min(count, CHUNK)), exact.round_off
+        batch = Batch(joint, min(count, CHUNK))
         largest, squares = np.zeros((2, len(programs), n))
         worst = np.zeros((len(programs), n), dtype=np.intp)
         arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
@@ -202,7 +222,7 @@ class LongMotion:
             }
             torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(all_programs), n, -1)
             error = torque[1:] - torque[0]
-            error[np.abs(error) <= floor] = 0.0
+            error[np.abs(error) <= self.round_off] = 0.0
             squares += np.einsum("min,min->mi", error, error)
             np.abs(error, out=error)
             at = error.argmax(axis=2)
@@ -210,36 +230,23 @@ class LongMotion:
             worst = np.where(top > largest, chunk.start + at, worst)
             largest = np.maximum(largest, top)
         place = [[*programs].index(id(model.program)) for model in models]
-        largest, squares, worst = largest[place], squares[place], worst[place]
-        stated_models = []
-        fitted_on: dict[str, str | int] = {
-            "trajectory": self.motion.name,
-            "trajectory_fingerprint": self.motion.fingerprint,
-            "set_points": count,
-        }
-        for model, largest_error, square in zip(models, largest, squares, strict=True):
-            errors = ErrorTable(exact.peak_torque, largest_error, np.sqrt(square / count))
-            stated_models.append(model.stating(replace(model.accuracy, errors=errors, fitted_on=fitted_on)))
-        allowed = np.array([model.accuracy.allowed for model in models])
-        return stated_models, worst, largest > allowed
+        return largest[place], squares[place], worst[place]
 
     def path(self, exact: ExactDynamics, models: Sequence[SimplifiedModel]) -> tuple[SimplifiedModel, ...]:
         """State the errors of models for growing budgets.
 
         A model that exceeds its budget is replaced by the one before, the first one by the exact torque.
         """
-        checked_models, _, broken = self.stated(exact, models, exact.form.program)
         result: list[SimplifiedModel] = []
-        for model, breaks in zip(checked_models, np.any(broken, axis=1).tolist(), strict=True):
-            requested = model.accuracy
-            if breaks and result:
+        for model, requested in zip(self.stated(exact, models)[0], models, strict=True):
+            allowed, budget = requested.accuracy.allowed, requested.accuracy.budget
+            if not (model.accuracy.errors.largest > allowed).any():
+                result.append(model)
+            elif result:
                 last = result[-1]
-                accuracy = replace(last.accuracy, allowed=requested.allowed, budget=requested.budget)
-                result.append(last.stating(accuracy))
+                result.append(last.stating(replace(last.accuracy, allowed=allowed, budget=budget)))
             else:
-                result.append(
-                    exactly(exact, model.level, requested.allowed, requested.budget) if breaks else model
-                )
+                result.append(exactly(exact, model.level, allowed, budget))
         return tuple(result)
 
     def shown(self, worst: Points) -> tuple[Trajectory, xr.Dataset]:

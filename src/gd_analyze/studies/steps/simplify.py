@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -21,7 +21,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.search import SearchOptions
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.simplify import Check, simplify_exact
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
@@ -112,30 +112,30 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgre
 def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) -> _Search:
     """Search the models of the named budgets, and take that of the run."""
     settings, exact = inputs.settings, dynamics.exact
-    search_at = partial(_model_at, inputs, progress)
+    points = dynamics.points
+    search_at = partial(_model_at, inputs, points.everywhere, progress)
     stops, budget = _stops(exact, settings, search_at)
+    exact = exact.under(budget)
+    elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
+    elements = elements.stating(provenance=inputs.source)
     own_stop = next((stop for stop in stops if stop.budget == budget), None)
     # Without a model that can be read, the exact torque stands for it; one asked for may be long.
     is_exact = own_stop is not None and not (
         own_stop.is_readable or (settings.budget is not None and own_stop.saves)
     )
-    searched = [stop.held for stop in stops if stop is own_stop and stop.held is not None]
-
-    def models_at(exact: ExactDynamics) -> tuple[SimplifiedModel, Held]:
-        elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
-        elements = replace(elements, provenance=inputs.source)
-        if settings.level is ELEMENT:
-            return elements, Held(elements)
-        if is_exact:
-            # By its parts: its terms may be a million.
-            model = with_gamma(exact, exactly(exact, ELEMENT, exact.allowed(budget), str(budget)))
-            return elements, Held(replace(model, provenance=inputs.source))
-        # The first call searches no second time.
-        return elements, searched.pop() if searched else search_at(exact, budget)
-
-    exact, elements, held, worst = dynamics.points.settled(exact.under(budget), models_at)
-    exact = exact.with_form(held.model.form)
-    return _Search(exact, budget, stops, own_stop, is_exact, held, elements, worst)
+    if settings.level is ELEMENT:
+        held = Held(elements)
+    elif is_exact:
+        # By its parts: its terms may be a million.
+        model = with_gamma(exact, exactly(exact, ELEMENT, exact.allowed(budget), str(budget)))
+        held = Held(model.stating(provenance=inputs.source))
+    elif own_stop is not None and own_stop.held is not None:
+        held = own_stop.held
+    else:
+        held = search_at(exact, budget)
+    (elements, model), worst = points.stated(exact, [elements, held.model])
+    exact = exact.with_form(model.form)
+    return _Search(exact, budget, stops, own_stop, is_exact, held._replace(model=model), elements, worst)
 
 
 def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tuple[list[Stop], Budget]:
@@ -165,6 +165,7 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
 
 def _model_at(
     inputs: RunInputs,
+    everywhere: Sequence[Check],
     progress: StepProgress,
     exact: ExactDynamics,
     budget: Budget,
@@ -181,11 +182,25 @@ def _model_at(
     )
     if settings.at_set_points or not inputs.has_tube:
         model = simplify_exact(
-            exact, budget, options, progress=progress.advance, provenance=source, stage=progress
+            exact,
+            budget,
+            options,
+            everywhere=everywhere,
+            provenance=source,
+            progress=progress.advance,
+            stage=progress,
         )
         return Held(model)
     return simplify_held(
-        exact, budget, inputs.tube, options, effort=_USUAL_EFFORTS.tube, provenance=source, stage=progress
+        exact,
+        budget,
+        inputs.tube,
+        options,
+        effort=_USUAL_EFFORTS.tube,
+        everywhere=everywhere,
+        provenance=source,
+        progress=progress.advance,
+        stage=progress,
     )
 
 

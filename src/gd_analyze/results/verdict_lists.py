@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from gd_analyze.results.rows import effect_of
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -63,9 +65,8 @@ def verdict_lists(ranking: xr.Dataset) -> VerdictLists:
     lists: dict[str, list[Listed]] = {name: [] for name in LISTS}
     drives = []
     for k, label in enumerate(ranking.element.values.tolist()):
-        verdict, driven = columns["verdict"][k], columns["drive_torque_share"][k]
-        if columns["quantity"][k] == "gravity_loading" and verdict not in ("negligible", "zero"):
-            verdict = "gravity"
+        driven = columns["drive_torque_share"][k]
+        verdict = effect_of({name: columns[name][k] for name in ("quantity", "verdict")})
         share = driven if verdict == "drive" else columns["torque_share"][k]
         lists[verdict].append(Listed(label, columns["dominant"][k], share, columns["consequence"][k]))
         if driven > _LEAST_DRIVE_SHARE:
