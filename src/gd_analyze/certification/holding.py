@@ -180,7 +180,7 @@ class _OverRegion:
                     certificate=certificate, found=errors if held.tried else certificate.counting
                 )
         self._last = held
-        return Excess(states, self.region.counts_at(states), errors)
+        return Excess(states, self.region.counts_at(states), errors, is_of_region=True)
 
     def held(self, outcome: Searched) -> Held:
         """How a model that a search ended with is known to hold, if it was checked last."""

@@ -26,7 +26,7 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import FINAL, functions_of_terms, torque_program
+from gd_analyze.simplification.torque_program import COUNTING, FINAL, functions_of_terms, torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 # Most terms of equations shown in a notebook.
@@ -237,6 +237,18 @@ class SimplifiedModel:
             object.__setattr__(model, "accuracy", accuracy)
         if provenance is not None:
             object.__setattr__(model, "provenance", dict(provenance))
+        return model
+
+    def drafted(self) -> SimplifiedModel:
+        """The same model with a program written in milliseconds, to be looked at in a search."""
+        model = copy(self)
+        vars(model)["program"] = self.level.write(self.form, self.terms, COUNTING)
+        return model
+
+    def written(self) -> SimplifiedModel:
+        """The same model with its own program again."""
+        model = copy(self)
+        vars(model).pop("program", None)
         return model
 
     @cached_property

@@ -18,11 +18,14 @@ from gd_analyze.simplification.search import SearchOptions, TermProgress, select
 
 # States that represent very many in a search, which evaluates each thousands of times.
 MOST_SEARCHED = 600
-MOST_ROUNDS = 20  # rounds after which the exact model stands for one that holds nowhere
-# Rounds, after those of a check's patience, in which the budget of an exceeding joint shrinks slightly;
-# later it shrinks by this power of the excess.
-_SLIGHT_ROUNDS, _SLIGHT_SHARE, _SHRINK_POWER = 4, 0.96, 0.5
-# Attempts of every round but the first, which continues the one before, as a share of the usual.
+# Rounds after which the exact model stands for one that holds nowhere.
+MOST_ROUNDS = 40
+# Share of the budget that a search keeps: its sums are rounded otherwise than a program's.
+_SEARCHED_SHARE = 1.0 - 1e-6
+# Times that an excess may be found in a region, after those of its patience, before the budget of an
+# exceeding joint shrinks by a power of the excess; until then it shrinks slightly.
+_SLIGHT_TIMES, _SLIGHT_SHARE, _SHRINK_POWER = 4, 0.96, 0.5
+# Attempts of every round after such an excess, which continues the one before, as a share of the usual.
 _CONTINUED_EFFORT = 0.25
 
 USUAL = SearchOptions()
@@ -34,6 +37,7 @@ class Excess(NamedTuple):
     states: FloatArray  # q, qd and qdd that join the search, (3, M, n)
     weights: FloatArray  # what errors count there, see `States.weights`, (M, n)
     errors: FloatArray  # largest error of each joint, N m (N), shape (n,)
+    is_of_region: bool = False  # found in a region, of which no few states tell all
 
 
 # Looks where a model exceeds its budget; also told the number of the round, from 0.
@@ -68,9 +72,10 @@ def until_it_holds(
     options
         Level and effort. A search that ends with too many terms, see `SearchOptions.most_terms`, is the last.
     checks
-        Asked one after another until one finds an excess.
+        Asked one after another until one finds an excess. The more often it is found in a region, the smaller
+        a budget the search is given.
     patience
-        Rounds in which the budget of an exceeding joint does not shrink.
+        Times that an excess may be found in a region before the budget of an exceeding joint shrinks.
     progress
         Called with the number of terms dropped since the last call.
 
@@ -79,28 +84,42 @@ def until_it_holds(
     Searched
         The exact model if none that saves operations holds.
     """
-    sample, share, start = first.thinned(MOST_SEARCHED), np.ones(len(allowed)), None
+    sample, start = first.thinned(MOST_SEARCHED), None
+    share, times = np.full(len(allowed), _SEARCHED_SHARE), 0
     everything = exactly(sample, options.level, allowed, str(budget))
     for turn in range(MOST_ROUNDS):
-        effort = options.effort * (1.0 if start is None else _CONTINUED_EFFORT)
+        effort = options.effort * (_CONTINUED_EFFORT if times else 1.0)
         search = selected_terms(sample, share * allowed, replace(options, effort=effort), start, progress)
         start = search.terms
         model = replace(everything, terms=search.terms)
-        model = measured(sample, model.stating(replace(everything.accuracy, steps=search.steps)))
-        model = with_gamma(sample, with_rewriting(model))
-        if not model.saves or len(model.terms) > options.most_terms:
+        model = model.stating(replace(everything.accuracy, steps=search.steps))
+        model = with_gamma(sample, model.drafted())
+        if len(model.terms) > options.most_terms:
             return Searched(model, sample)
-        excess = next((e for e in (check(model, turn) for check in checks) if e.states.size), None)
+        excess = _first_excess(model, turn, checks)
+        if excess is None:
+            # What holds is written in few operations, and looked at once more.
+            model = with_gamma(sample, with_rewriting(model.written()))
+            if not model.saves:
+                return Searched(model, sample)
+            excess = _first_excess(model, turn, checks)
         if excess is None:
             return Searched(model, sample)
         sample = sample.joined_by(excess.states, excess.weights)
-        exceeds = excess.errors > allowed
-        needed = np.where(exceeds, 0.98 * allowed / np.where(exceeds, excess.errors, 1.0), 1.0)
-        if turn >= patience + _SLIGHT_ROUNDS:
-            share = share * needed**_SHRINK_POWER
-        elif turn >= patience:
-            share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
+        if excess.is_of_region:
+            exceeds = excess.errors > allowed
+            needed = np.where(exceeds, 0.98 * allowed / np.where(exceeds, excess.errors, 1.0), 1.0)
+            if times >= patience + _SLIGHT_TIMES:
+                share = share * needed**_SHRINK_POWER
+            elif times >= patience:
+                share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
+            times += 1
     return Searched(everything, sample)
+
+
+def _first_excess(model: SimplifiedModel, turn: int, checks: Sequence[Check]) -> Excess | None:
+    """Where the first check that finds any says that a model exceeds its budget."""
+    return next((excess for excess in (check(model, turn) for check in checks) if excess.states.size), None)
 
 
 def at_states(exact: ExactDynamics, allowed: FloatArray) -> Check:
