@@ -38,7 +38,8 @@ def joint_accelerations(
     arm
         The arm, its name, or the path of its file.
     q, qd, torque
-        Joint variables, velocities and the actuators' torques, N m (N), shape (..., n), leading axes broadcast.
+        Joint variables, velocities and the actuators' torques, N m (N), shape (..., n);
+        leading axes are broadcast.
     method
         Formulation that gives D, h and c.
     drivetrain
