@@ -10,7 +10,6 @@ Writes `explicit_puma_560.md` beside this file; takes a quarter of an hour of on
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,13 +71,14 @@ def model_of(exact: ExactDynamics, torques: Torques, effort: Effort = ROUGH) -> 
     """Make a model of these terms, nested as one would by hand, or rewritten; it promises nothing."""
     nothing = np.zeros(exact.arm.n_joints)
     unmeasured = ErrorTable(nothing, nothing, nothing)
-    return SimplifiedModel(
+    model = SimplifiedModel(
         level=TERM,
         form=exact.form,
         terms=torques,
-        program=TERM.write(exact.form, torques, effort),
         accuracy=Accuracy(nothing + np.inf, "none", unmeasured, exact.states.described),
     )
+    vars(model)["program"] = TERM.write(exact.form, torques, effort)
+    return model
 
 
 def rebuilt(exact: ExactDynamics) -> tuple[SimplifiedModel, SimplifiedModel]:
@@ -91,7 +91,9 @@ def rebuilt(exact: ExactDynamics) -> tuple[SimplifiedModel, SimplifiedModel]:
     remaining = {
         term: weight for term, weight in every.items() if TERM.source(form, term).keys() & ruled.keys()
     }
-    return replace(model_of(exact, every), program=form.program), model_of(exact, remaining)
+    whole = model_of(exact, every)
+    vars(whole)["program"] = form.program
+    return whole, model_of(exact, remaining)
 
 
 def largest_shares(exact: ExactDynamics, model: SimplifiedModel) -> np.ndarray:

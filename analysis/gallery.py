@@ -24,7 +24,6 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from textwrap import wrap
 
-import xarray as xr
 from PIL import Image
 
 import gd_analyze as gd
@@ -32,7 +31,6 @@ from gd_analyze.cli import main as gd_analyze
 from gd_analyze.figures.diagnosis import diagnosed_torque_figure
 from gd_analyze.figures.figure import Figure
 from gd_analyze.figures.svg import figure_svg
-from gd_analyze.figures.sweep import maps_figure
 from gd_analyze.files import write_text
 from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.studies.identification_result import identified_torque_figure
@@ -85,12 +83,6 @@ def diagnosed() -> Figure:
     """Draw measured and fitted torque, which are in the report alone."""
     arm = gd.load_arm("panda.urdf", tip="panda_link8")
     return diagnosed_torque_figure(diagnosis_table(gd.diagnose(arm, gd.read_trajectory(PANDA_LOG, arm))), arm)
-
-
-def swept() -> Figure:
-    """Draw the maps of what the sweep stored."""
-    with xr.open_dataset("sweep-report/sweep.h5", engine="h5netcdf") as found:
-        return maps_figure(found.load())
 
 
 RESULTS = (
@@ -189,18 +181,6 @@ RESULTS = (
         "The ten elements of D of a SCARA by effect",
         "The spindle, joint 3, slides parallel to the other joints' axes: D13, D23 and D34 are zero. Numbers: Lloyd, Irani and "
         "Ahmadi 2021, Table 1.",
-    ),
-    Result(
-        "sweep",
-        "A sweep: two dimensions of a PUMA 560",
-        (
-            "gd-analyze sweep puma560 pick-and-place --vary link3.mass=1..8:24 --vary joint2.a=0.2..0.6:24 "
-            "--format h5,html --out sweep-report",
-        ),
-        swept,
-        "Maps of verdicts, operations and peak torques over the forearm's mass and the upper arm's length",
-        "Mass of the forearm across, length of the upper arm upward; dots mark where a verdict changes, and white is "
-        "negligible.",
     ),
 )
 

@@ -48,4 +48,4 @@ assert verdict.passed
 exact, simplified = found.measured.exact, found.measured.simplified
 for joint, one, other in zip(arm.joints, exact.friction.rms, simplified.friction.rms, strict=True):
     print(f"{joint.name}: RMS {one:.3f} N m from the exact model, {other:.3f} from the simplified one")
-print("the URDF, joint by joint:", ", ".join(exact.verdicts))
+print(verdict.log_verdict.text)

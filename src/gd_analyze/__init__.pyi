@@ -31,7 +31,6 @@ from .studies.evaluation import evaluate as evaluate
 from .studies.main_job import analyze as analyze
 from .studies.plan import plan as plan
 from .studies.simplifying import simplify as simplify
-from .studies.sweep import sweep as sweep
 
 __version__: str
 __all__: list[str]

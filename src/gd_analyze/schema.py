@@ -37,7 +37,6 @@ SCHEMA_UNITS: dict[str, tuple[str, ...]] = {
     "viscous": ("N s/m", "N m s"),
     "effort per mass": ("N/kg", "N m/kg"),
     "inertia": ("kg", "kg m", "kg m^2"),
-    "drive inertia": ("kg", "kg m^2"),
     "christoffel": ("kg/m", "kg", "kg m", "kg m^2"),
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.tube import Tube
 from gd_analyze.diagnosis.diagnose import Diagnosis
+from gd_analyze.diagnosis.log_verdict import LogVerdict
 from gd_analyze.dynamics.arm_dynamics import ArmDynamics
 from gd_analyze.dynamics.base_parameters import BaseParameter, BaseParameters
 from gd_analyze.dynamics.drivetrain import Drivetrain
@@ -50,6 +51,7 @@ __all__ = [
     "Joint",
     "Link",
     "Log",
+    "LogVerdict",
     "Margin",
     "Placement",
     "Reading",

@@ -35,7 +35,6 @@ def right(two_link, swing, swing_dataset, swing_findings) -> dict[str, Any]:
         "duration": 5.0,
         "mass": 0.5,
         "position": [0.0, 0.0, 0.1],
-        "vary": "link2.mass=1..2:2",
         "languages": "c",
         "table": [{"arm": "two_link", "trajectory": "two-link-swing"}],
         "over_time": gd.tables.dominance_over_time(swing_dataset),
@@ -67,7 +66,6 @@ CALLS: dict[str, str] = {
     "save_arm": "arm path",
     "save_model": "model path",
     "simplify": "arm trajectory",
-    "sweep": "arm trajectory vary",
     "batch": "table path",
     "trade_off": "exact",
     "write_trajectory": "trajectory path",
@@ -213,7 +211,6 @@ WORDS = [
     ("plan", "profile"),
     ("simplify", "level"),
     ("simplify", "verdicts"),
-    ("sweep", "operations"),
     ("tables.joint_accelerations", "method"),
 ]
 

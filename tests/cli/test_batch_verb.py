@@ -25,14 +25,32 @@ def test_a_table_with_a_row_that_fails(run, here, motion):
     assert all((here / "batch" / name / "model.json").is_file() for name in folders)
 
 
+def test_varied_numbers_are_printed_and_drawn(run, here, motion):
+    (here / "rows.csv").write_text(
+        "arm,trajectory,at_set_points,link2.mass\n"
+        "two_link,gentle.csv,yes,0.5\ntwo_link,gentle.csv,yes,4000 g\n"
+    )
+    shown = run("batch rows.csv --format none --to csv,svg")
+    assert shown.code == 0
+    assert "link2.mass" in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 80
+    assert {path.name for path in (here / "batch").iterdir()} == {"batch.csv", "batch.svg", "rows.jsonl"}
+    table = pd.read_csv(here / "batch" / "batch.csv")
+    json = run("batch rows.csv --format none --json").json
+    assert [row["link2.mass"] for row in json["varied"]] == [0.5, 4.0]
+    assert [row["peak_torque_2"] for row in json["varied"]] == table.peak_torque_2.tolist()
+
+
 def test_bad_batches_write_nothing(run, here, motion, listing):
     (here / "rows.csv").write_text("arm,trajectory\ntwo_link,gentle.csv\n")
     (here / "wrong.csv").write_text("arm,trajektory\ntwo_link,gentle.csv\n")
+    (here / "number.csv").write_text("arm,trajectory,link2.mas\ntwo_link,gentle.csv,1\n")
     (here / "long.csv").write_text("arm,trajectory\ntwo_link,gentle.csv,1%\n")
     (here / "wrong.yaml").write_text("arm: [two_link\n")
     before = listing()
     for line, says in {
         "batch wrong.csv": "'trajectory'",
+        "batch number.csv": "number.csv, row 1",
         "batch wrong.yaml": "wrong.yaml, line 2",
         "batch long.csv": "long.csv, row 1",
         "batch nowhere.csv": "nowhere.csv",

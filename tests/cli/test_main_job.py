@@ -15,6 +15,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import write_trajectory
 from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
+from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.terminal import text_of
 from gd_analyze.results.run_result import run_result
@@ -50,9 +51,9 @@ def test_everything_is_written_and_agrees(run, here):
         assert row["worst_found"] <= row["certified"]
         assert stated["largest_error"] <= around["tube_certified"] <= 1.1 * around["tube_worst_found"]
     assert (found["margin"], found["tube"]["coarse"]) == ("1deg,1mm,qd=2%,qdd=5%", 2)
-    for row, stored in zip(found["joints"], model["errors"], strict=True):
-        for name in ("largest_error", "rms_error", "allowed_error"):
-            assert row[name] == stored[name]
+    for name, stored in (("largest_error", "largest"), ("rms_error", "rms")):
+        assert [row[name] for row in found["joints"]] == model["accuracy"]["errors"][stored]
+    assert [row["allowed_error"] for row in found["joints"]] == model["accuracy"]["allowed"]
     assert gd.load_model(folder / "model.json").operations.total == found["operations"]["total"]
 
     with (folder / "dominance.csv").open(encoding="utf-8", newline="") as file:
@@ -194,9 +195,11 @@ def test_measured_torques_and_friction(measured_findings):
     result = run_result(measured_findings)
     text, found = text_of(result), result.document()["measured_torque"]
     assert max(map(len, text.splitlines())) <= 80
-    assert found["joints"][1]["verdict"] == "too light"
-    assert re.search(r"too light .* 2\b", text)
-    assert not found["described"]
+    assert found["verdict"] == "does not agree"
+    assert result.headline.startswith(SENTENCES[found["verdict"]])
+    assert found["diagnosis"]["cause"] is not None
+    assert found["diagnosis"]["remedy"] in found["agreement"]
+    assert "`gd-analyze diagnose ROBOT LOG`" in found["agreement"]
 
 
 @pytest.fixture
@@ -213,7 +216,7 @@ def test_several_motions(run, here, folder):
     assert result.words
     place = here / "reports" / "two_link-slow+quick+two-link-swing"
     model = json.loads((place / "model.json").read_text())
-    assert [motion["name"] for motion in model["motions"]] == ["slow", "quick", "two-link-swing"]
+    assert [motion["name"] for motion in model["accuracy"]["motions"]] == ["slow", "quick", "two-link-swing"]
     again = run(f"report {place}/analysis.h5 --out again --format json,csv")
     first, second = (text.out.partition("wrote ")[0].replace("not proven", "") for text in (result, again))
     second = " ".join(second.split())

@@ -338,7 +338,6 @@ VERBS = [
     "trade-off",
 ]
 VERBS += [
-    "sweep",
     "batch",
     "evaluate",
     "equations",

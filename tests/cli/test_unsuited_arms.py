@@ -25,7 +25,7 @@ MOTION = "time,q1,q2\n" + "\n".join(f"{0.1 * k},{0.01 * k * k},{0.02 * k * k}" f
 NEEDS_MASSES = (
     "{} x.csv", "simplify {} x.csv -o m.json", "rank {} x.csv", "trade-off {} x.csv", "equations {}",
     "equations {} --parameters", "equations {} --symbolic", "compare {}", "export {} --to c -o x.c",
-    "figures {} x.csv -o drawn", "diagnose {} x.csv", "sweep {} x.csv --vary mass[2]=1:2",
+    "figures {} x.csv -o drawn", "diagnose {} x.csv",
     "simplify {} --states 9 -o m.json", "{} x.csv --payload 1,0,0,0",
 )  # fmt: skip
 
@@ -65,7 +65,6 @@ def test_what_needs_no_masses_goes_on(run, here, name):
         lambda arm: gd.export(arm, "c"),
         lambda arm: gd.simplify(arm, States(*np.ones((3, 4, 1)))),
         lambda arm: gd.analyze(arm, "x.csv"),
-        lambda arm: gd.sweep(arm, "x.csv", vary=["mass[1]=1:2"]),
         lambda arm: gd.diagnose(arm, "x.csv"),
     ],
 )

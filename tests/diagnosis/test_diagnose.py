@@ -28,6 +28,7 @@ from gd_analyze.diagnosis.equations import (
 )
 from gd_analyze.diagnosis.fit import MOST_CHANGES, fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
+from gd_analyze.diagnosis.log_verdict import DISPUTED, SENTENCES, log_verdict
 from gd_analyze.diagnosis.remedies import map_of_joints, typed_together
 from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, samples_of
 from gd_analyze.dynamics.base_parameters import parameters_of
@@ -185,12 +186,12 @@ def test_the_ranking_has_figures(good, tmp_path):
                        [row["remains"] for row in rows])  # fmt: skip
 
 
-def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tmp_path, monkeypatch):
-    """One notice with the option; ranking and samples are stored; a log that agrees is not diagnosed."""
+def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
+    """One notice with the option; ranking and samples are stored; a log that agrees is not told of."""
     time, q, torque = good
     with pytest.warns(gd.GdAnalyzeWarning, match="--torque-sign -1"):
         found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
-    notices = [text for text in found.warnings if "contradict" in text]
+    notices = [text for text in found.warnings if "does not agree" in text]
     assert len(notices) == 1
     assert "--torque-sign -1" in notices[0]
     again = gd.load_findings(tmp_path / "run" / "analysis.h5").tables["diagnosis"]
@@ -201,11 +202,30 @@ def test_the_main_job_diagnoses_a_log_that_contradicts(robot, good, two_link, tm
     # It stands before the answer: whatever else the page says is about another robot.
     notices = page.index('<ul class="notices">')
     first = re.sub(r"<[^>]*>", "", page[notices : page.index("</li>", notices)])
-    assert "contradict" in first
+    assert "does not agree" in first
     assert "--torque-sign -1" in first
-    monkeypatch.setattr("gd_analyze.studies.steps.decompose.diagnosed", None)
     as_filed = log_of(time, q, gd.types.ArmDynamics(two_link).torque(*robot.states.arrays, drives=False))
-    assert "diagnosis" not in gd.analyze(two_link, as_filed, level="element").tables
+    agreeing = gd.analyze(two_link, as_filed, level="element")
+    assert agreeing.tables["measured_torque"].attrs["verdict"] == "agrees"
+    assert not agreeing.tables["diagnosis"].sizes["cause"]
+    assert not [text for text in agreeing.warnings if "agree" in text]
+
+
+def test_the_verdict_on_a_log(good, two_link):
+    """In a word and in sentences: of a sound log, a wrong one, noise beside most of a torque, and of rest."""
+    time, q, torque = good
+    noise = 0.4 * np.sqrt((torque**2).mean(axis=0)) * np.random.default_rng(6).normal(size=torque.shape)
+    for word, logged in (
+        ("agrees", good),
+        ("does not agree", (time, q, -torque)),
+        ("agrees in part", (time, q, torque + noise)),
+        ("tells nothing", (time, np.zeros_like(q), torque)),
+    ):
+        verdict = log_verdict(two_link, [log_of(*logged)])
+        assert verdict.word == word
+        assert verdict.text.startswith(SENTENCES[word])
+        assert ("gd-analyze diagnose" in verdict.text) == (word in DISPUTED)
+        assert (verdict.diagnosis is None) == (word == "tells nothing")
 
 
 def test_nothing_is_wrong(robot, good, two_link):
@@ -416,7 +436,7 @@ def problem_of_columns(tmp_path_factory) -> Problem:
     """Of a log with columns, all of whose joints move."""
     robot = Robot.of(gd.load_arm("puma560"), 5, seconds=4.0)
     path = written(tmp_path_factory.mktemp("columns"), *robot.as_it_is)
-    return gd.diagnose(robot.file, path, thorough=False).problem
+    return gd.diagnose(robot.file, path).problem
 
 
 @pytest.mark.parametrize(
@@ -524,6 +544,6 @@ def test_a_little_lag_is_looked_for_where_links_would_hide_it(robot, two_link, l
     """As before an identification: a log that fits is accepted, and one that is late is not."""
     exact = replace(robot, arm=two_link)
     torque = late(exact.time, exact.noisy(exact.torque()), lag)
-    found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque), thorough=False)
+    found = gd.diagnose(two_link, log_of(exact.time, exact.states.q, torque))
     assert [cause.name for cause in found.causes] == ["lag of torque"] * (lag > 0.0)
     assert not is_unexplained(found.before)

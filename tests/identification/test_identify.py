@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze import Trajectory, compare_torque
+from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import parameters_of, regressor
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
@@ -340,12 +340,9 @@ def test_a_mistake_of_the_file_is_no_wrong_sign_of_the_log(puma, true, motion, s
         replace(puma, links=(*others, replace(last, mass=2.0, com=com))) for com in (sign * at, -at)
     )
     log = replace(true, arm=is_so, drives=0.1 * true.drives, friction=0.1 * true.friction).exact_log(*motion)
-    assert (compare_torque(given, log).verdicts[5] == "other sign") == (sign > 0.0)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", GdAnalyzeWarning)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GdAnalyzeWarning)
         found = gd.identify(given, log, physical=False)
-    told = [str(each.message) for each in caught]
-    assert any("gravity" in text and "joints 5 and 6" in text for text in told) == (sign > 0.0)
     assert max(each.share("identified") for each in found.residuals) < 1e-6
 
 

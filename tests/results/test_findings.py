@@ -10,7 +10,6 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import Trajectory, analyze
 from gd_analyze.cache import without_cache
-from gd_analyze.certification import holding
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.results.model_facts import headline, worst_error
 from gd_analyze.results.run_result import run_headline, run_result
@@ -91,8 +90,7 @@ def test_at_set_points_it_holds_there_only(puma, pick_and_place, puma_findings):
 
 
 def test_where_a_bound_is_loose_states_are_tried_and_stored(two_link, swing, monkeypatch, tmp_path):
-    settings = holding._RoundSettings(loose_bound=0.0)
-    monkeypatch.setattr("gd_analyze.certification.holding._SETTINGS", settings)
+    monkeypatch.setattr("gd_analyze.certification.holding.LOOSE_BOUND", 0.0)
     with without_cache():
         found = gd.analyze(two_link, swing, budget="60%")
     tube, model = found.tables["tube"], found.model
@@ -202,13 +200,13 @@ class Told:
 
 
 def test_warnings_are_told_when_their_step_ends(two_link, swing) -> None:
-    """That log and file contradict each other is told before models are searched."""
+    """That log and file do not agree is told before models are searched."""
     torque = gd.decompose(two_link, swing).torque.values
     told = Told()
     with warnings.catch_warnings(action="always"):
         warnings.showwarning = lambda message, *_, **__: told.events.append(str(message))
         found = find(two_link, with_torques(swing, -torque), Settings(level="element"), progress=told)
-    (contradiction,) = [text for text in found.warnings if "contradict" in text]
+    (contradiction,) = [text for text in found.warnings if "does not agree" in text]
     assert found.warnings[0] == contradiction
     assert told.events.index(contradiction) < told.events.index("ranked")
     assert told.events.index("ranked") < told.events.index("trying other budgets")

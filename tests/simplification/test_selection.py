@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from gd_analyze.simplification.effects import Effects
 from gd_analyze.simplification.selection import (
-    USUAL_SELECTION,
     Selection,
     TermChoice,
     descend,
@@ -127,7 +126,5 @@ def test_more_effort_costs_no_more():
         stays = np.zeros(len(choice), dtype=bool)
         start = Selection(choice, ~stays)
         descend(start, stays)
-        costs = [
-            improve(start.copy(), stays, USUAL_SELECTION.scaled(effort))[0].cost for effort in (0.01, 1.0)
-        ]
+        costs = [improve(start.copy(), stays, effort=effort)[0].cost for effort in (0.01, 1.0)]
         assert costs[1] <= costs[0] <= start.cost

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import batch
 from gd_analyze.errors import OutputError, UsageError
+from gd_analyze.figures.batch import batch_figure
 from gd_analyze.studies import batch as module
 from gd_analyze.studies import batch_rows, many
 from gd_analyze.studies.batch import RECORD
@@ -120,6 +122,93 @@ def test_a_row_whose_files_or_record_changed_is_done_again(tmp_path, done, spoil
     done.clear()
     pd.testing.assert_frame_equal(batch(ROWS[:2], tmp_path), table)
     assert done == []
+
+
+DESIGNS = [
+    {"arm": "two_link", "trajectory": "two-link-swing", "at_set_points": True, "link2.mass": mass}
+    for mass in (0.5, "1500 g", 2)
+]
+
+
+def test_numbers_of_the_arm_vary_by_row(two_link, swing, tmp_path, done):
+    table = batch(DESIGNS, tmp_path, formats=(), to=("csv", "svg"))
+    assert table.state.tolist() == ["done"] * 3
+    assert table["link2.mass"].tolist() == [0.5, 1.5, 2.0]
+    link = two_link.links[1]
+    for row in table.itertuples():
+        changed = replace(link, mass=(0.5, 1.5, 2.0)[row.Index])
+        arm = replace(two_link, links=(two_link.links[0], changed))
+        dataset = gd.decompose(arm, swing)
+        peak = np.abs(dataset.torque.values).max(axis=0)
+        np.testing.assert_allclose([row.peak_torque_1, row.peak_torque_2], peak, rtol=1e-12)
+        ranking = gd.rank(dataset)
+        verdicts = dict(zip(ranking.element.values.tolist(), ranking.verdict.values.tolist(), strict=True))
+        assert {label: getattr(row, label) for label in verdicts} == verdicts
+        first = {label: table[label][0] for label in verdicts}
+        changes = [f"{label} {word}" for label, word in verdicts.items() if word != first[label]]
+        assert sorted(row.changed_verdicts.split(", ")) == sorted(changes or [""])
+    assert any(table.changed_verdicts)
+    assert table.joint_kinds.tolist() == ["RR"] * 3
+    assert set(table.budget_kept) <= {"proven", "at set points"}
+    stored = pd.read_csv(tmp_path / "batch.csv")
+    assert stored["link2.mass"].tolist() == [0.5, 1.5, 2.0]
+    assert (tmp_path / "batch.svg").read_text().startswith("<svg")
+    # Other numbers are other rows, and the same are known again.
+    done.clear()
+    other = DESIGNS[0] | {"link2.mass": 0.6}
+    again = batch([*DESIGNS[:2], other], tmp_path, formats=())
+    assert [task.row for task in done] == [other]
+    assert again[:2].peak_torque_1.tolist() == table[:2].peak_torque_1.tolist()
+
+
+def test_a_number_that_an_arm_cannot_have_fails_its_row(tmp_path):
+    wrong = [{"link9.mass": 1}, {"link2.mass": "heavy"}, {"link2.mass": -1}, {"drive1.inertia": 1}]
+    table = batch(
+        [{"arm": "two_link", "trajectory": "two-link-swing"} | number for number in wrong], tmp_path
+    )
+    assert table.state.tolist() == ["failed"] * 4
+    for error, number in zip(table.error, wrong, strict=True):
+        assert error.startswith(next(iter(number)))
+    with pytest.raises(UsageError, match=r"rows, row 1: there is no option 'link2.mas'"):
+        batch([DESIGNS[0] | {"link2.mas": 1}], tmp_path)
+
+
+def test_combinations_of_numbers_and_a_payload(tmp_path):
+    (tmp_path / "a.yaml").write_text(
+        'arm: two_link\ntrajectory: two-link-swing\nat_set_points: true\npayload: "1,0,0,0"\n'
+        "link2.mass: [0.5, 500 g]\njoint1.a_mm: [1000, 500]\n"
+    )
+    table = batch(tmp_path / "a.yaml", tmp_path / "out", formats=())
+    assert table["link2.mass"].tolist() == [0.5] * 4
+    assert table["joint1.a_mm"].tolist() == [1000, 500] * 2
+    assert table.peak_torque_1[:2].tolist() == table.peak_torque_1[2:].tolist()
+    arm = gd.load_arm("two_link")
+    arm = replace(arm, links=(arm.links[0], replace(arm.links[1], mass=0.5)))
+    arm = gd.tables.with_payload(arm, 1.0, [0.0, 0.0, 0.0])
+    swing = gd.read_trajectory("two-link-swing", arm)
+    peak = np.abs(gd.decompose(arm, swing).torque.values).max(axis=0)
+    np.testing.assert_allclose(table.peak_torque_1[0], peak[0], rtol=1e-12)
+
+
+def test_the_figure_shows_the_finished_rows_over_the_number_or_the_row():
+    table = pd.DataFrame({
+        "row": [1, 2, 3, 4], "state": ["done", "failed", "done", "done"], "budget": ["1%"] * 4,
+        "link2.mass": [2.0, 3.0, 1.0, None],
+        "joints": [2, None, 2, 1], "joint_kinds": ["RP", None, "RR", "R"],
+        "peak_torque_1": [20.0, None, 10.0, 5.0], "peak_torque_2": [2.0, None, 1.0, None],
+        "model_operations": [20, None, 22, 5], "exact_operations": [30, None, 32, 6],
+    })  # fmt: skip
+    first, second, operations = batch_figure(table, "link2.mass").panels
+    assert [panel.y.unit for panel in (first, second)] == ["N m", "N or N m"]
+    assert first.x.unit == "kg"
+    (curve,) = first.items
+    assert (curve.x.tolist(), curve.y.tolist()) == ([1.0, 2.0], [10.0, 20.0])
+    assert [curve.y.tolist() for curve in operations.items] == [[32.0, 30.0], [22.0, 20.0]]
+    by_row = batch_figure(table, "row").panels[0]
+    assert by_row.items[0].x.tolist() == [1.0, 3.0, 4.0]
+    assert not by_row.items[0].width
+    assert all(place == round(place) for place in by_row.x.ticks)
+    assert len(batch_figure(table[1:2], "row").panels) == 1
 
 
 def test_one_run_writes_in_a_folder_at_a_time(tmp_path, done):

@@ -33,33 +33,25 @@ from gd_analyze.threads import one_thread
 # Positions per joint: about 22 per angle for an arm like the PUMA 560, whose error depends on four angles.
 POSITIONS_PER_JOINT = 250_000
 
-
-@dataclass(frozen=True, kw_only=True)
-class _CertifySettings:
-    """How much a proof may evaluate, and where it spends that."""
-
-    usual_angles: int = 4  # angles for which the effort is meant
-    growth_per_angle: int = 10  # factor by which positions grow with every further angle
-    most_angles: int = 7  # angles up to which they grow: beyond, a proof would take hours
-    # A written-out program of more terms gets `reduced_effort`, to be proven in seconds.
-    most_terms_at_full_effort: int = 20_000
-    reduced_effort: int = 2_000  # effort for programs of more terms
-    most_terms_in_seconds: int = 150_000  # a program of more terms is not proven in seconds even so
-    # Positions per angle at which the size of the error is estimated before grids are chosen.
-    positions_of_estimate: int = 3
-    grids: int = 3  # groups of harmonics with a grid of their own
-    ascents_from_grid: int = 8  # grid positions from which the search for the worst state climbs
-    positions_per_small_box: int = 20  # positions that cost as much as one small box of a tube
-    coefficients_per_small_box: int = 4_000  # coefficients beyond which a small box costs more than that
-    loose_bound: float = 1.1  # ratio of a bound to the error found beyond which a grid is tried, too
-    # Positions whose quick bounds are computed together, so that all choices of velocities fit the cache.
-    quick_bounds_at_once: int = 512
-    close_bounds_at_once: int = 32  # positions whose close bounds are computed together, for the same reason
-    torque_positions: int = 512  # positions drawn in search of the largest torque
-    torque_ascents: int = 4  # the best of these positions, from which the search climbs
-
-
-_SETTINGS = _CertifySettings()
+_USUAL_ANGLES = 4  # angles for which the effort is meant
+_GROWTH_PER_ANGLE = 10  # factor by which positions grow with every further angle
+_MOST_ANGLES = 7  # angles up to which they grow: beyond, a proof would take hours
+# A written-out program of more terms gets `reduced_effort`, to be proven in seconds.
+_MOST_TERMS_AT_FULL_EFFORT = 20_000
+_REDUCED_EFFORT = 2_000  # effort for programs of more terms
+_MOST_TERMS_IN_SECONDS = 150_000  # a program of more terms is not proven in seconds even so
+# Positions per angle at which the size of the error is estimated before grids are chosen.
+_POSITIONS_OF_ESTIMATE = 3
+_GRIDS = 3  # groups of harmonics with a grid of their own
+_ASCENTS_FROM_GRID = 8  # grid positions from which the search for the worst state climbs
+_POSITIONS_PER_SMALL_BOX = 20  # positions that cost as much as one small box of a tube
+_COEFFICIENTS_PER_SMALL_BOX = 4_000  # coefficients beyond which a small box costs more than that
+_LOOSE_BOUND = 1.1  # ratio of a bound to the error found beyond which a grid is tried, too
+# Positions whose quick bounds are computed together, so that all choices of velocities fit the cache.
+_QUICK_BOUNDS_AT_ONCE = 512
+_CLOSE_BOUNDS_AT_ONCE = 32  # positions whose close bounds are computed together, for the same reason
+_TORQUE_POSITIONS = 512  # positions drawn in search of the largest torque
+_TORQUE_ASCENTS = 4  # the best of these positions, from which the search climbs
 
 # Effort for a bound that goes with an export.
 EXPORT_EFFORT = 20_000
@@ -222,9 +214,9 @@ def usual_effort(model: SimplifiedModel, effort: int = POSITIONS_PER_JOINT) -> i
     Raises a ModelError as `certify` does.
     """
     terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
-    if terms > _SETTINGS.most_terms_in_seconds:
+    if terms > _MOST_TERMS_IN_SECONDS:
         return None
-    return min(effort, _SETTINGS.reduced_effort) if terms > _SETTINGS.most_terms_at_full_effort else effort
+    return min(effort, _REDUCED_EFFORT) if terms > _MOST_TERMS_AT_FULL_EFFORT else effort
 
 
 def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
@@ -279,16 +271,14 @@ def _bounded(
     """Bound one joint without the slack of the exact dynamics."""
     if tube is None:
         angles = sum(degree > 0 for degree in field.polynomial.degrees)
-        further_angles = (
-            min(max(angles, _SETTINGS.usual_angles), _SETTINGS.most_angles) - _SETTINGS.usual_angles
-        )
-        bound, starts = _by_grids(field, effort * _SETTINGS.growth_per_angle**further_angles, step)
+        further_angles = min(max(angles, _USUAL_ANGLES), _MOST_ANGLES) - _USUAL_ANGLES
+        bound, starts = _by_grids(field, effort * _GROWTH_PER_ANGLE**further_angles, step)
         return Bounded(np.array([bound]), *field.worst(starts))
-    cost = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _SETTINGS.coefficients_per_small_box
-    small_boxes = effort // (_SETTINGS.positions_per_small_box * cost)
+    cost = 1 + int(np.count_nonzero(field.polynomial.coefficients)) // _COEFFICIENTS_PER_SMALL_BOX
+    small_boxes = effort // (_POSITIONS_PER_SMALL_BOX * cost)
     along = bound_along(field, tube, small_boxes, counts, limit, tighten=tighten)
     error = along.found + field.omitted + field.round_off
-    if limit is not None or along.bounds.max() <= _SETTINGS.loose_bound * error:
+    if limit is not None or along.bounds.max() <= _LOOSE_BOUND * error:
         return along
     # For wide boxes, between distant set points, a grid over all of them may give a smaller bound.
     return along._replace(bounds=np.minimum(along.bounds, _by_grids(field, effort, step)[0]))
@@ -297,7 +287,7 @@ def _bounded(
 def _by_grids(field: ErrorField, effort: int, step: Callable[[float], None]) -> tuple[float, FloatArray]:
     """Bound over the field's box, and positions to climb from."""
     reached = _expected(field) if len(field.polynomial) else None
-    shares, remainder = shared_out(field.polynomial, field.box, effort, _SETTINGS.grids, reached)
+    shares, remainder = shared_out(field.polynomial, field.box, effort, _GRIDS, reached)
     farthest = field.box.farthest
     bound = field.omitted + float(remainder.sizes(farthest).sum())
     starts = [field.box.centre]
@@ -313,7 +303,7 @@ def _by_grids(field: ErrorField, effort: int, step: Callable[[float], None]) -> 
 def _expected(field: ErrorField) -> Reached:
     """Error at a few positions, in the box and around the circle."""
     rng, box, polynomial = np.random.default_rng(0), field.box, field.polynomial
-    shares = [rng.random(_SETTINGS.positions_of_estimate if degree else 1) for degree in polynomial.degrees]
+    shares = [rng.random(_POSITIONS_OF_ESTIMATE if degree else 1) for degree in polynomial.degrees]
     width = box.upper - box.lower
     largest = []
     for widths in (width, np.where(polynomial.revolute & (width > 0.0), 2 * np.pi, width)):
@@ -336,7 +326,7 @@ def _over_grid(
         # Most positions are excluded before signs of velocities are tried; most of the remaining ones before
         # the close bound.
         candidates = np.flatnonzero(sum_of_sizes > largest)
-        at_once, closely = _SETTINGS.quick_bounds_at_once, _SETTINGS.close_bounds_at_once
+        at_once, closely = _QUICK_BOUNDS_AT_ONCE, _CLOSE_BOUNDS_AT_ONCE
         batches = np.split(candidates, range(at_once, len(candidates), at_once))
         quick = np.concatenate([field.motion.quick_bound(values[:, batch]) for batch in batches])
         order = np.argsort(-quick)
@@ -351,7 +341,7 @@ def _over_grid(
         # The first grid is the largest.
         step(0.95 * before / grid.size)
     tops.sort(reverse=True)
-    return largest, np.array([index for _, index in tops[: _SETTINGS.ascents_from_grid]])
+    return largest, np.array([index for _, index in tops[:_ASCENTS_FROM_GRID]])
 
 
 def largest_torque(
@@ -363,12 +353,12 @@ def largest_torque(
     and the states alone; of the model it uses only whether drives are included.
     """
     box, out = box_of(region, model.arm), np.zeros(model.arm.n_joints)
-    drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_SETTINGS.torque_positions, len(out))).T
+    drawn = np.random.default_rng(0).uniform(box.lower, box.upper, (_TORQUE_POSITIONS, len(out))).T
     for i, row in enumerate(_exact_rows(model, harmonics or harmonics_of(model.arm))):
         field = ErrorField.of(row, None, 0.0, box)
         if isinstance(region, Tube):
             out[i] = bound_along(field, region, 0).found
         elif len(field.polynomial):
             order = np.argsort(-field.motion.reached(field.polynomial(drawn)), kind="stable")
-            out[i] = field.worst(drawn[:, order[: _SETTINGS.torque_ascents]])[0]
+            out[i] = field.worst(drawn[:, order[:_TORQUE_ASCENTS]])[0]
     return out

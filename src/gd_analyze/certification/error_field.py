@@ -21,23 +21,15 @@ _EPS = float(np.finfo(float).eps)
 # many joints; bounding them by their amplitudes is free and keeps them out of the choice of grids.
 _CANCELLED = 1e-12
 
-
-@dataclass(frozen=True, kw_only=True)
-class _AscentSettings:
-    """Ascents to the largest error of a box."""
-
-    # Coefficients up to which trying the worst velocities everywhere is not slower than holding them.
-    most_coefficients_exactly: int = 16_000
-    first_step: float = 1 / 32  # first step, as a share of the box's width
-    halvings: int = 9  # number of times that the step is halved
-    most_moves: int = 40  # most moves, so that a long ridge is not followed forever
-    most_velocity_choices: int = 40  # most choices of velocities, for the same reason
-    positions_along_joint: int = 33  # positions tried along a joint
-    newton_steps: int = 3  # newton steps from the best of these positions
-    least_gain: float = 3e-4  # a smaller relative gain does not count
-
-
-_ASCENT = _AscentSettings()
+# Coefficients up to which trying the worst velocities everywhere is not slower than holding them.
+_MOST_COEFFICIENTS_EXACTLY = 16_000
+_FIRST_STEP = 1 / 32  # first step, as a share of the box's width
+_HALVINGS = 9  # number of times that the step is halved
+_MOST_MOVES = 40  # most moves, so that a long ridge is not followed forever
+_MOST_VELOCITY_CHOICES = 40  # most choices of velocities, for the same reason
+_POSITIONS_ALONG_JOINT = 33  # positions tried along a joint
+_NEWTON_STEPS = 3  # newton steps from the best of these positions
+_LEAST_GAIN = 3e-4  # a smaller relative gain does not count
 
 _EFFECTS = 2
 
@@ -92,7 +84,7 @@ class ErrorField:
         box = self.box
         if not len(self.polynomial):
             return 0.0, box.centre, np.zeros(box.n_joints), np.zeros(box.n_joints)
-        if self.polynomial.coefficients.size <= _ASCENT.most_coefficients_exactly:
+        if self.polynomial.coefficients.size <= _MOST_COEFFICIENTS_EXACTLY:
             q, _ = local_maximum(lambda q: self.motion.reached(self.polynomial(q)), box, starts)
         else:
             q = _highest_position(self.polynomial, self.motion, box, starts)
@@ -182,9 +174,9 @@ def local_maxima(
     moves = np.vstack([np.diag(width), -np.diag(width)])[np.tile(width > 0.0, 2)].T
     q = np.clip(starts, lower, upper)
     reached = value(q)
-    step = np.full(q.shape[1], _ASCENT.first_step)
-    for _ in range(_ASCENT.most_moves if moves.size else 0):
-        places = np.flatnonzero(step > _ASCENT.first_step / 2**_ASCENT.halvings)
+    step = np.full(q.shape[1], _FIRST_STEP)
+    for _ in range(_MOST_MOVES if moves.size else 0):
+        places = np.flatnonzero(step > _FIRST_STEP / 2**_HALVINGS)
         if not places.size:
             break
         tried = q[:, places, None] + step[places, None] * moves[:, None]
@@ -212,13 +204,13 @@ def _highest_position(
     values = polynomial(q)
     reached = motion.reached(values)
     climbing = np.arange(q.shape[1])
-    for _ in range(_ASCENT.most_velocity_choices):
+    for _ in range(_MOST_VELOCITY_CHOICES):
         shares = motion.shares(values[:, climbing])
         real, imaginary = (part.T @ shares for part in polynomial.parts)
         higher = _higher(polynomial, real + 1j * imaginary, q[:, climbing], box)
         higher_values = polynomial(higher)
         moved = motion.reached(higher_values)
-        better = moved > (1.0 + _ASCENT.least_gain) * reached[climbing]
+        better = moved > (1.0 + _LEAST_GAIN) * reached[climbing]
         climbing = climbing[better]
         if not climbing.size:
             break
@@ -243,9 +235,9 @@ def _higher(
         along = np.stack([values[multiples == m].sum(axis=0) for m in orders])
         if turns:
             along *= np.exp(-1j * np.outer(orders, positions))
-        places = np.linspace(box.lower[joint], box.upper[joint], _ASCENT.positions_along_joint)
+        places = np.linspace(box.lower[joint], box.upper[joint], _POSITIONS_ALONG_JOINT)
         best = places[_along(along, orders, places[:, None, None], turns)[0].argmax(axis=0)]
-        for _ in range(_ASCENT.newton_steps):
+        for _ in range(_NEWTON_STEPS):
             _, slope, curve = _along(along, orders, best, turns)
             step = np.where(curve < 0.0, -slope / np.where(curve < 0.0, curve, 1.0), 0.0)
             best = np.clip(best + step, box.lower[joint], box.upper[joint])

@@ -6,7 +6,6 @@ In a box positions alone are random: velocities and accelerations are the worst 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -27,20 +26,12 @@ RANDOM_STATES = 200_000
 # Random states at a time.
 STATES_AT_ONCE = 50_000
 
-
-@dataclass(frozen=True, kw_only=True)
-class _AttackSettings:
-    """Random states of a region, and ascents from the worst."""
-
-    joining_per_joint: int = 30  # most states added to the fit per joint: those that exceed the budget
-    tube_ascent_steps: int = 3  # steps of an ascent in a small box of a tube
-    positions_at_once: int = 4_000  # random positions of a box at a time
-    # Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors
-    # of three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
-    ascents: int = 4
-
-
-_SETTINGS = _AttackSettings()
+_JOINING_PER_JOINT = 30  # most states added to the fit per joint: those that exceed the budget
+_TUBE_ASCENT_STEPS = 3  # steps of an ascent in a small box of a tube
+_POSITIONS_AT_ONCE = 4_000  # random positions of a box at a time
+# Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors
+# of three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
+_ASCENTS = 4
 
 # Random positions of a box per round.
 RANDOM_POSITIONS = 20_000
@@ -76,7 +67,7 @@ def worst_found(
         lower, upper, counts = region.pieces(STATES_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
         for i, errors in enumerate(share(states, counts)):
-            top = np.argpartition(-errors, _SETTINGS.joining_per_joint)[: _SETTINGS.joining_per_joint]
+            top = np.argpartition(-errors, _JOINING_PER_JOINT)[:_JOINING_PER_JOINT]
             reached = states[:, top]
             low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
             share_at = partial(share, counts=counts[top])
@@ -96,7 +87,7 @@ def _climbed(
 ) -> FloatArray:
     """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
     count, n = states.shape[1:]
-    for _ in range(_SETTINGS.tube_ascent_steps):
+    for _ in range(_TUBE_ASCENT_STEPS):
         present = share(states)[joint]
         # By end, kind and number of the variable that moves.
         moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
@@ -171,15 +162,15 @@ def worst_in_box(
     worst at each.
     """
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
-    joining = _SETTINGS.joining_per_joint
+    joining = _JOINING_PER_JOINT
     largest, exceeding = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(RANDOM_POSITIONS // _SETTINGS.positions_at_once):
+    for _ in range(RANDOM_POSITIONS // _POSITIONS_AT_ONCE):
         if (largest > 1.0).any():
             break  # the first ones have found enough
-        q = rng.uniform(box.lower, box.upper, (_SETTINGS.positions_at_once, n)).T
+        q = rng.uniform(box.lower, box.upper, (_POSITIONS_AT_ONCE, n)).T
         for i, values in enumerate(errors.factors(q)):
             top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:joining]]
-            highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, : _SETTINGS.ascents])
+            highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, :_ASCENTS])
             states = errors.worst(np.hstack([highest, top]), i)
             sizes = np.abs(errors.at(states))
             largest = np.maximum(largest, sizes.max(axis=1))

@@ -102,7 +102,7 @@ def simplify_held(
     outcomes = []
     for trial in in_worthwhile_velocities(first, allowed, options):
         check = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)
-        checks = [at_states(trial, allowed), *everywhere, check]
+        checks: list[Check] = [at_states(trial, allowed), *everywhere, check]
         outcome = until_it_holds(
             trial, budget, allowed, options, checks, patience=patience, progress=progress
         )

@@ -27,18 +27,10 @@ from gd_analyze.threads import one_thread
 # Positions: about 9 per angle for an arm like the PUMA 560, whose D depends on four angles.
 INERTIA_POSITIONS = 8_000
 
-
-@dataclass(frozen=True, kw_only=True)
-class _EigenvalueSettings:
-    """Boxes, shifts and roundings of the bound on an eigenvalue."""
-
-    most_boxes: int = 32  # most boxes around the pieces of a tube, a few more if it has gaps: each takes 5 ms
-    # Shares of the smallest eigenvalue found to try as the shift; the first that can be proven is taken.
-    shifts: tuple[float, ...] = (0.999, 0.99, 0.9, 0.0)
-    roundings_per_joint: int = 64  # roundings of an eigenvalue, per joint
-
-
-_SETTINGS = _EigenvalueSettings()
+_MOST_BOXES = 32  # most boxes around the pieces of a tube, a few more if it has gaps: each takes 5 ms
+# Shares of the smallest eigenvalue found to try as the shift; the first that can be proven is taken.
+_SHIFTS: tuple[float, ...] = (0.999, 0.99, 0.9, 0.0)
+_ROUNDINGS_PER_JOINT = 64  # roundings of an eigenvalue, per joint
 
 _EPS = float(np.finfo(float).eps)
 
@@ -107,7 +99,7 @@ def certify_positive_definite(
     inertia = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
     boxes = [box]
     if isinstance(region, Tube):
-        boxes = _boxes_around(region, -(-len(region) // _SETTINGS.most_boxes))
+        boxes = _boxes_around(region, -(-len(region) // _MOST_BOXES))
     gridded = [_GriddedInertia.of(expansion, inertia, part, max(1, effort // len(boxes))) for part in boxes]
     if isinstance(region, Tube):
         pieces = _boxes_around(region, 1)
@@ -119,10 +111,10 @@ def certify_positive_definite(
     position, highest = local_maximum(lambda q: -_smallest(inertia(q)), start_box, start)
     smallest = -highest
     unit = np.eye(n)
-    round_off = _SETTINGS.roundings_per_joint * n * _EPS * max(part.reach(unit, 0.0) for part in gridded)
+    round_off = _ROUNDINGS_PER_JOINT * n * _EPS * max(part.reach(unit, 0.0) for part in gridded)
     proven = -np.inf
     # For an eigenvalue of zero K would consist of round-off.
-    for share in () if abs(smallest) <= round_off else _SETTINGS.shifts:
+    for share in () if abs(smallest) <= round_off else _SHIFTS:
         shift = smallest - (1.0 - share) * abs(smallest)
         proven = max(proven, min(part.proven_above(shift) for part in gridded))
         if proven > shift:
@@ -204,7 +196,7 @@ class _GriddedInertia:
         low = min(np.linalg.eigvalsh(k @ (d - shift * unit) @ k.T)[:, 0].min() for d in self.on_grid())
         slack = np.linalg.norm(np.abs(k) @ self.left_out @ np.abs(k).T, 2)
         # Scaling and eigenvalues have errors of some n eps of the largest, at worst times |K|^2 |D|.
-        rounding = _SETTINGS.roundings_per_joint * len(k) * _EPS * self.reach(k, shift)
+        rounding = _ROUNDINGS_PER_JOINT * len(k) * _EPS * self.reach(k, shift)
         bound = low - slack - rounding
         stretch = np.linalg.eigvalsh(k.T @ k)
         # b K^-1 K^-T has no eigenvalue below b / (largest of K^T K), below b / (smallest) for negative b.

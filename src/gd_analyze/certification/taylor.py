@@ -6,7 +6,6 @@ The error is e = sum_p F_p(q) u_a u_b with u = (1, velocities, accelerations); d
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,21 +15,13 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.error_field import ErrorField
 from gd_analyze.certification.tube import Tube
 
-
-@dataclass(frozen=True, kw_only=True)
-class _HalvingSettings:
-    """Which boxes of a tube are halved, and when a bound is close enough."""
-
-    # Numbers of one harmonic in all boxes treated together, which fit the cache.
-    numbers_at_once: int = 1 << 16
-    sum_rounding: float = 1e-8  # relative rounding of a sum of some ten million numbers, more than any has
-    # Boxes whose bound exceeds the worst error found by less than this factor need no closer look.
-    close_bound: float = 1.01
-    tightening_share: float = 0.05  # share of the effort spent on a bound that is within the limit already
-    halved_at_once: int = 256  # boxes halved at a time
-
-
-_HALVING = _HalvingSettings()
+# Numbers of one harmonic in all boxes treated together, which fit the cache.
+_NUMBERS_AT_ONCE = 1 << 16
+_SUM_ROUNDING = 1e-8  # relative rounding of a sum of some ten million numbers, more than any has
+# Boxes whose bound exceeds the worst error found by less than this factor need no closer look.
+_CLOSE_BOUND = 1.01
+_TIGHTENING_SHARE = 0.05  # share of the effort spent on a bound that is within the limit already
+_HALVED_AT_ONCE = 256  # boxes halved at a time
 
 _EPS = float(np.finfo(float).eps)
 
@@ -79,15 +70,15 @@ def bound_along(
             if largest > limit:
                 break
             candidates = np.flatnonzero(counting * boxes.bounds > limit)
-        may_tighten = tighten and spent - len(tube) < _HALVING.tightening_share * effort
+        may_tighten = tighten and spent - len(tube) < _TIGHTENING_SHARE * effort
         if not candidates.size and (limit is None or may_tighten):
             candidates = np.flatnonzero(
-                counting * boxes.bounds > _HALVING.close_bound * largest + counting * unresolved
+                counting * boxes.bounds > _CLOSE_BOUND * largest + counting * unresolved
             )
         if not candidates.size or spent + 2 > effort:
             break
         order = np.argsort(-(counting * boxes.bounds)[candidates], kind="stable")
-        candidates = candidates[order[: min(_HALVING.halved_at_once, (effort - spent) // 2)]]
+        candidates = candidates[order[: min(_HALVED_AT_ONCE, (effort - spent) // 2)]]
         halves = form.halved(boxes.at(candidates))
         largest, state, piece = max((largest, state, piece), halves.worst(counts), key=lambda worst: worst[0])
         boxes = Boxes.joined([boxes.at(np.delete(np.arange(len(boxes.bounds)), candidates)), halves])
@@ -158,7 +149,7 @@ class TaylorForm:
 
     def boxes(self, centre: FloatArray, half: FloatArray, pieces: NDArray[np.intp]) -> Boxes:
         """Bound the error in boxes."""
-        step = max(1, _HALVING.numbers_at_once // max(1, len(self.field.polynomial)))
+        step = max(1, _NUMBERS_AT_ONCE // max(1, len(self.field.polynomial)))
         cuts = range(step, centre.shape[1], step)
         parts = zip(*(np.split(x, cuts, axis=-1) for x in (centre, half, pieces)), strict=True)
         return Boxes.joined([self._boxes(*part) for part in parts])
@@ -189,7 +180,7 @@ class TaylorForm:
         bound = np.maximum(up, down) + second.sum(axis=0) / 2 + above
         # Derivatives times half widths are no larger than the orders they belong to, and those up to the
         # second are less than four times 1 + D^3 / 6: so are their roundings.
-        bound += 4.0 * self.field.round_off + _HALVING.sum_rounding * above
+        bound += 4.0 * self.field.round_off + _SUM_ROUNDING * above
         bound = np.minimum(bound, whole) * (1.0 + 64 * _EPS) + self.field.omitted + self.field.round_off
         turned = half[: self.n] * np.array(self.field.polynomial.degrees)[:, None]
         second[: self.n] += above * turned / np.maximum(turned.sum(axis=0), np.finfo(float).tiny)

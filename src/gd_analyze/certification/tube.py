@@ -22,22 +22,14 @@ IndexArray = NDArray[np.intp]
 # Most boxes, a second's work: intervals of a long recording share boxes.
 MOST_PIECES = 2048
 
-
-@dataclass(frozen=True, kw_only=True)
-class _PieceSettings:
-    """Into how many boxes a motion is cut."""
-
-    # Most pieces of one interval: more would only resolve an interval that the set points leave ambiguous.
-    most_per_interval: int = 32
-    # Share of a margin below which differences count as rounding of the numbers in a file.
-    rounding_share: float = 1e-3
-    # Share of a joint's largest value that replaces a margin of zero when sizes are compared with margins.
-    least_size: float = 0.02
-    # Most intervals, or groups of them, treated separately: several times the number of boxes.
-    most_groups: int = 8 * MOST_PIECES
-
-
-_PIECES = _PieceSettings()
+# Most pieces of one interval: more would only resolve an interval that the set points leave ambiguous.
+_MOST_PER_INTERVAL = 32
+# Share of a margin below which differences count as rounding of the numbers in a file.
+_ROUNDING_SHARE = 1e-3
+# Share of a joint's largest value that replaces a margin of zero when sizes are compared with margins.
+_LEAST_SIZE = 0.02
+# Most intervals, or groups of them, treated separately: several times the number of boxes.
+_MOST_GROUPS = 8 * MOST_PIECES
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +205,7 @@ class _Path:
     def __init__(self, motion: Trajectory, margins: FloatArray) -> None:
         self.motion, self.margins = motion, margins
         length = 1
-        while (motion.n_set_points - 1) / length > _PIECES.most_groups:
+        while (motion.n_set_points - 1) / length > _MOST_GROUPS:
             length *= 2
         # First intervals of the groups; index of each in its stretch; whether it is not across a gap.
         firsts, places, are_known = list[IndexArray](), list[IndexArray](), list[NDArray[np.bool_]]()
@@ -261,7 +253,7 @@ class _Path:
         """Enclose the motion in some groups."""
         edges = self.edges[first : last + 1]
         part = slice(int(edges[0]), int(edges[-1]))
-        groups, rounding = slice(first, last), _PIECES.rounding_share * self.margins[:2]
+        groups, rounding = slice(first, last), _ROUNDING_SHARE * self.margins[:2]
         exact = self.is_separate
         if not exact:
             lower, upper, differences = Between.along_lines(self.motion, rounding, part)
@@ -288,7 +280,7 @@ class _Path:
         low, high = np.fmin.reduce(self.lower), np.fmax.reduce(self.upper)
         reach = np.maximum(high, -low)
         reach[0] = (high[0] - low[0]) / 2
-        scale = 2 * np.maximum(self.margins, _PIECES.least_size * reach)
+        scale = 2 * np.maximum(self.margins, _LEAST_SIZE * reach)
         widths = np.where(self.unsure | ~self.is_known[:, None, None], 0.0, self.upper - self.lower)
         shares = np.divide(widths, scale, out=np.zeros_like(widths), where=scale > 0.0).max(axis=(1, 2))
         size = 1.0
@@ -296,7 +288,7 @@ class _Path:
             first, count = self._joined(size * scale)
             is_known = self.is_known[first]
             first, count = first[is_known], count[is_known]
-            pieces = np.clip(np.ceil(shares[first] / size), 1, _PIECES.most_per_interval)
+            pieces = np.clip(np.ceil(shares[first] / size), 1, _MOST_PER_INTERVAL)
             parts = np.where((count == 1) & self.is_separate, pieces, 1).astype(int)
             # Every stretch takes at least one box.
             if parts.sum() <= most or len(first) <= len(self.motion.gaps) + 1:
@@ -344,7 +336,7 @@ class _Path:
         cut = np.flatnonzero(parts[groups] > 1)
         if cut.size:
             part, part_counts, intervals = place[cut], parts[groups[cut]], first[groups[cut]]
-            between = Between.of(self.motion, _PIECES.rounding_share * self.margins[:2], intervals)
+            between = Between.of(self.motion, _ROUNDING_SHARE * self.margins[:2], intervals)
             low, high = between.ranges(part / part_counts, (part + 1) / part_counts)
             lower[cut] = np.where(self.unsure[intervals], lower[cut], low)
             upper[cut] = np.where(self.unsure[intervals], upper[cut], high)

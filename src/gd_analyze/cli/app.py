@@ -22,7 +22,6 @@ from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.simplify import rank, simplify, trade_off
-from gd_analyze.cli.sweep import sweep
 from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
@@ -175,7 +174,6 @@ VERBS = (
     simplify,
     rank,
     trade_off,
-    sweep,
     batch,
     evaluate,
     equations,

@@ -17,7 +17,8 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     "table",
     type=FILE,
     help="CSV with a column per option; YAML or TOML with a value or a list per option, for all "
-    "combinations, and `rows`; or a folder with a folder of logs per robot.",
+    "combinations, and `rows`; or a folder with a folder of logs per robot. A number of the arm, such as "
+    "link3.mass or joint2.a_mm, is an option, too.",
 )
 @click.option("-o", "--out", type=OutputPath(), default="batch", help="Folder for table, record and files.")
 @click.option(
@@ -28,8 +29,13 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     metavar="LIST",
     help="Files to write for every row; json is the model.",
 )
-@click.option("--to", type=NameList(("csv", "parquet"), "table"), default="csv", metavar="LIST",
-              help="Table to write: csv, parquet (needs pyarrow), or both.")  # fmt: skip
+@click.option(
+    "--to",
+    type=NameList(("csv", "parquet", "svg", "pdf", "png"), "file"),
+    default="csv",
+    metavar="LIST",
+    help="Table to write: csv, parquet (needs pyarrow); figure: svg, pdf, png.",
+)
 @options.number("--jobs", 1, "Number of processes on this machine.", 1)
 @click.option(
     "--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers compute the rows: tcp://host:8786."
@@ -44,7 +50,7 @@ def batch(
     scheduler: str | None,
     output: Output,
 ) -> None:
-    r"""Run the main job for every row of a table of arms, motions and options.
+    r"""Run the main job for every row of a table of arms, motions, options and numbers of the arm.
 
     After an interruption the same command continues, and repeats failed rows. The table states why a row
     failed, and the exit code is 1.
@@ -52,14 +58,15 @@ def batch(
     \b
     Examples:
       gd-analyze batch rows.csv --jobs 2
-      gd-analyze batch study.yaml --out study --format none --to csv,parquet
+      gd-analyze batch study.yaml --out study --format none --to csv,svg
       gd-analyze batch logs/ --scheduler tcp://10.0.0.1:8786
     """
     with output.working() as stage:
-        from gd_analyze.studies.batch import RECORD, batch_result
+        from gd_analyze.studies.batch import RECORD
+        from gd_analyze.studies.batch_table import batch_result
 
-        tables = [out / f"batch.{kind}" for kind in to]
-        require_outputs(*tables, out / RECORD)
+        files = [out / f"batch.{kind}" for kind in to]
+        require_outputs(*files, out / RECORD)
         chosen = [name for name in formats if name != "none"]
         rows = gd.batch(
             table,
@@ -71,6 +78,6 @@ def batch(
             stage=stage,
             progress=stage.advance,
         )
-    output.give(batch_result(rows), *tables)
+    output.give(batch_result(rows), *files)
     if (rows.state == "failed").any():
         click.get_current_context().exit(1)

@@ -75,9 +75,6 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
     AnotherArm(),
 )
 
-# Those of little cost that leave too little to be noticed otherwise: such errors pass for links a bit off.
-UNNOTICED: tuple[Hypothesis, ...] = (Lag(), Drift())
-
 # Kinds of cause that concern the unit of positions.
 _OF_UNITS = (PositionUnit.name, MotorSide.name)
 
@@ -108,7 +105,7 @@ _OPTION = re.compile(r"--[a-z-]+")
 
 def ranked(problem: Problem) -> list[Candidate]:
     """All causes: first the one to be claimed, if there is any, then the others by the fall of the score."""
-    candidates = _judged(problem, HYPOTHESES)
+    candidates = [candidate for hypothesis in HYPOTHESES for candidate in hypothesis.judged(problem)]
     claimable = [candidate for candidate in candidates if is_claimable(candidate, problem)]
     candidates.sort(key=lambda candidate: -candidate.fall)
     if claimable:
@@ -116,15 +113,6 @@ def ranked(problem: Problem) -> list[Candidate]:
         candidates.remove(best)
         candidates.insert(0, best)
     return candidates
-
-
-def has_unnoticed(problem: Problem) -> bool:
-    """Whether a cause may be claimed though file and friction leave little."""
-    return any(is_claimable(cause, problem) for cause in _judged(problem, UNNOTICED))
-
-
-def _judged(problem: Problem, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
-    return [candidate for hypothesis in hypotheses for candidate in hypothesis.judged(problem)]
 
 
 def _best_of(claimable: Sequence[Candidate]) -> Candidate:
@@ -170,12 +158,12 @@ def is_unexplained(fit: FileFit) -> bool:
     return fit.changed > MOST_CHANGES or largest_residual > MOST_RESIDUAL_SHARE
 
 
-def claimed(problem: Problem, ranking: Sequence[Candidate]) -> list[Candidate]:
+def claimed(problem: Problem, ranking: Sequence[Candidate], *, pairs: bool = True) -> list[Candidate]:
     """The cause, or the pair of causes, of a ranking that is claimed; none if none is."""
     single = [cause for cause in ranking[:1] if is_claimable(cause, problem)]
     if single and single[0].fit is not None and not is_unexplained(single[0].fit):
         return single
-    return _pair(problem, ranking, single) or single
+    return (pairs and _pair(problem, ranking, single)) or single
 
 
 def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candidate]) -> list[Candidate]:

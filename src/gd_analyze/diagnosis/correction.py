@@ -73,6 +73,11 @@ class Correction:
         return samples.torque if self.gain is None else samples.torque / self.gain
 
     @property
+    def changes_torques(self) -> bool:
+        """Whether torques are multiplied."""
+        return not np.array_equal(self.torque, np.eye(len(self.torque)))
+
+    @property
     def mixes(self) -> bool:
         """Whether a joint variable is made of several, or of other instants: other samples may rest."""
         return self.lag != 0.0 or bool((np.count_nonzero(self.position, axis=1) > 1).any())

@@ -6,19 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from gd_analyze.arguments import strict
-from gd_analyze.arrays import Array
-from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, has_unnoticed, is_unexplained, ranked, rivals_of
+from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, ranked, rivals_of
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.samples import samples_of
-from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
+from gd_analyze.motions.measured import require_torques, settled
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.result import value_text
@@ -96,8 +93,6 @@ class Diagnosis:
 def diagnose(
     arm: RobotArm | str | Path,
     logs: GivenMotions,
-    *,
-    thorough: bool = True,
 ) -> Diagnosis:
     """Say why logs and an arm's file disagree.
 
@@ -111,8 +106,6 @@ def diagnose(
         The arm; or a shipped name, or the path of a file.
     logs
         Recordings with torques; or paths of files.
-    thorough
-        Try every cause, even where file and friction leave nothing to explain.
 
     Returns
     -------
@@ -133,22 +126,25 @@ def diagnose(
     'unit of positions'
     """
     arm = arm_with_masses(arm)
-    return diagnosed(arm, motions_of(logs, arm), thorough=thorough)
+    return diagnosed(arm, motions_of(logs, arm))
 
 
 def diagnosed(
     arm: RobotArm,
     motions: Sequence[Trajectory],
     *,
-    thorough: bool = True,
+    pairs: bool = True,
 ) -> Diagnosis:
-    """Diagnose motions as they are, several in one recording, too; see `diagnose`."""
+    """Diagnose motions as they are, several in one recording, too; see `diagnose`.
+
+    Without `pairs`, a cause that leaves much is told alone: the search for a second takes some seconds.
+    """
     for motion in motions:
         require_trajectory_joints(motion, arm)
         require_torques(motion)
     checked = [without_faults(arm, motion) for motion in motions]
     faults, motions = [fault for found, _ in checked for fault in found], [motion for _, motion in checked]
-    usable = [_settled(motion)[:, None] for motion in motions]
+    usable = [settled(motion)[:, None] for motion in motions]
     problem = Problem(samples_of(arm, motions, usable), Correction.none(arm.n_joints))
     if not problem.samples.counts.any():
         if not any(fault.name != VELOCITIES for fault in faults):
@@ -163,9 +159,8 @@ def diagnosed(
         return Diagnosis(arm, names, (), (), (), tuple(faults), nothing, nothing, problem, problem, False)
     # Torques that neither the file nor friction explains tell that something is wrong.
     tells = problem.friction_score > CLEAR_FALL
-    is_doubtful = not tells or is_unexplained(problem.null)
-    ranking = ranked(problem) if thorough or is_doubtful or has_unnoticed(problem) else []
-    causes = claimed(problem, ranking)
+    ranking = ranked(problem)
+    causes = claimed(problem, ranking, pairs=pairs)
     corrected = Problem(problem.samples, causes[-1].correction) if causes else problem
     return Diagnosis(
         arm=arm,
@@ -180,15 +175,3 @@ def diagnosed(
         corrected=corrected,
         tells=bool(causes) or tells,
     )
-
-
-def _settled(motion: Trajectory) -> Array:
-    """Set points away from the ends of stretches, where the filter has not settled, (N,)."""
-    recording, inside = motion.recording, np.ones(motion.n_set_points, dtype=bool)
-    if recording is None or recording.cutoff is None or not np.isfinite(recording.cutoff).any():
-        return inside
-    wait = 0.5 / float(np.nanmax(recording.cutoff))
-    for stretch in motion.stretches:
-        time = motion.time[stretch]
-        inside[stretch] = (time - time[0] >= wait) & (time[-1] - time >= wait)
-    return inside if inside.any() else ~inside

@@ -16,6 +16,7 @@ from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
+from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import of_point_mass
 
@@ -155,7 +156,7 @@ def corrected_columns(samples: Samples, correction: Correction) -> tuple[FloatAr
     # Drives and friction are those of the motion, though it shows in no other torque.
     driven = correction if np.isfinite(correction.pace) else replace(correction, pace=1.0)
     _, speed, acceleration, direction = driven.states(samples)
-    joint_columns = np.stack([acceleration.T, direction.T, speed.T, np.ones((n, len(q)))], axis=2)
+    joint_columns = own_columns(acceleration.T, direction.T, speed.T)
     torque = np.broadcast_to(correction.torques(samples), (n, *samples.torque.shape))
     columns = np.concatenate([links, *added, joint_columns, file[:, :, None], torque], axis=2)
     shared = links.shape[2] + sum(block.shape[2] for block in added)

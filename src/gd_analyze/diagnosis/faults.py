@@ -9,8 +9,8 @@ from itertools import combinations
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, runs
-from gd_analyze.dynamics.measured_torque import direction
 from gd_analyze.motions.log import Log
+from gd_analyze.motions.measured import direction
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Trajectory, Whole
 from gd_analyze.motions.velocities import velocity_factors
@@ -68,6 +68,11 @@ class Fault:
     remedy: str
     share: float  # of the readings; 1 of a column that is of no use
     effect: str = "left out"
+
+    @property
+    def is_of_column(self) -> bool:
+        """Whether a whole column of positions or torques is of no use."""
+        return self.share == 1.0 and self.name != VELOCITIES
 
 
 def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Trajectory]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.dynamics.measured_torque import direction
+from gd_analyze.motions.measured import direction, filtered_torque
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
@@ -63,15 +63,6 @@ class Samples:
 
 
 _BY_SAMPLE = ("log", "row", "time", "q", "qd", "qdd", "torque", "counts", "scored")
-
-
-def filtered_torque(log: Trajectory) -> FloatArray:
-    """Measured torques of a log after the filter of its motion, (N, n)."""
-    recording = log.recording
-    assert recording is not None  # callers check this
-    torque = recording.torque if recording.torque_filtered is None else recording.torque_filtered
-    assert torque is not None
-    return torque
 
 
 def samples_of(arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array]) -> Samples:

@@ -1,9 +1,10 @@
-"""Coulomb and viscous friction and an offset, fitted to measured torque minus the model's."""
+"""Torque of a joint's own: its columns, and friction fitted to measured torque minus the model's."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +13,6 @@ from gd_analyze.arrays import Array, FloatArray, chunks
 # A column with at most this share of its length independent of those before it is redundant: velocities and
 # torques are not more accurate.
 _DEPENDENT_SHARE = 1e-6
-
-# A column that varies by less than this share of its length is constant: round-off of a million terms.
-_CONSTANT_SHARE = 1e-12
 
 
 def triangle(blocks: Iterable[FloatArray], columns: int) -> FloatArray:
@@ -38,12 +36,6 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
         if remainder > _DEPENDENT_SHARE * float(np.linalg.norm(r[:, column])):
             basis.append(column)
     return basis
-
-
-def spread(columns: FloatArray) -> FloatArray:
-    """Norm of columns of R less their means, the first column being an offset; nan if constant."""
-    varied = np.linalg.norm(columns[1:], axis=0)
-    return np.where(varied > _CONSTANT_SHARE * np.linalg.norm(columns, axis=0), varied, np.nan)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,9 +88,14 @@ def _at_distance(values: FloatArray) -> FloatArray:
     return np.fft.irfft(np.abs(spectrum) ** 2, length)[: length // 4]
 
 
+def own_columns(qdd: FloatArray, direction: FloatArray, qd: FloatArray) -> FloatArray:
+    """Torque of joints per drive inertia, Coulomb and viscous friction and offset of their own, (..., 4)."""
+    return np.stack([qdd, direction, qd, np.ones_like(qd)], axis=-1)
+
+
 FRICTION_TERMS = ("coulomb", "viscous", "offset")
-# Columns of the fits: an offset, the direction, the velocity, the model's torque, the measured one.
-_OFFSET, _DIRECTION, _VELOCITY, _MODEL, _MEASURED = range(5)
+# Columns of the fit: an offset, the direction, the velocity, and measured minus model torque.
+_OFFSET, _DIRECTION, _VELOCITY, _DIFFERENCE = range(4)
 _OF_TERM = (_DIRECTION, _VELOCITY, _OFFSET)
 
 
@@ -117,38 +114,27 @@ class Friction:
     # Standard errors; nan for values held at 0. Correlated residuals count as fewer readings. They reflect
     # noise, not errors of the model
     errors: FloatArray
-    # Measurement compared with model plus friction: RMS of the difference, correlation, and share of the
-    # measured variance explained, shape (n,)
+    # Measurement compared with model plus friction: RMS of the difference, and share of the measured variance
+    # explained, shape (n,)
     rms: FloatArray
-    correlation: FloatArray
     explained: FloatArray
 
     @classmethod
-    def of(cls, fits: Sequence[JointFit]) -> Friction:
+    def of(cls, fits: Sequence[JointFriction]) -> Friction:
         """Collect the fits of all joints."""
-        return cls(*(np.array([getattr(fit, field.name) for fit in fits]) for field in fields(cls)))
+        return cls(*(np.array(values) for values in zip(*fits, strict=True)))
 
 
-@dataclass(frozen=True, eq=False)
-class JointFit:
-    """Fit of one joint's measured torque by friction plus the model, unscaled and times a slope."""
+class JointFriction(NamedTuple):
+    """Friction of one joint, as in `Friction`: `terms` and `errors` have shape (3,)."""
 
-    # As in `Friction`, with the unscaled model; `terms` and `errors` have shape (3,)
     terms: FloatArray
     errors: FloatArray
     rms: float
-    correlation: float
     explained: float
-    # Factor on the model, fitted together with friction, and its standard error
-    slope: float
-    slope_error: float
-    partial: float  # correlation of measured and model with friction removed from both
-    model_rms: float  # RMS of the model's torque after removing friction terms
-    measured_rms: float  # RMS of the measured torque after removing friction terms
-    like_friction: float  # RMS of the measured torque in friction terms
 
 
-NOT_FITTED = JointFit(np.full(3, np.nan), np.full(3, np.nan), *(np.nan,) * 9)
+NOT_FITTED = JointFriction(np.full(3, np.nan), np.full(3, np.nan), np.nan, np.nan)
 
 
 def fit_joint(
@@ -158,56 +144,27 @@ def fit_joint(
     velocity: FloatArray,
     used: Array,
     stretches: Sequence[slice],
-) -> JointFit:
+) -> JointFriction:
     """Fit friction to one joint at the set points that are used; all of shape (N,)."""
 
     def columns(at: slice) -> FloatArray:
-        return np.column_stack([np.ones(at.stop - at.start), sign[at], velocity[at], model[at], measured[at]])
+        difference = measured[at] - model[at]
+        return np.column_stack([np.ones(len(difference)), sign[at], velocity[at], difference])
 
-    r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 5)
+    r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 4)
     count = int(used.sum())
     terms = independent(r, (_OFFSET, _DIRECTION, _VELOCITY))
-
-    def times(weights: FloatArray) -> float:
-        return correlation_time(lambda at: columns(at) @ weights, used, stretches)
-
     weights, free = _friction_of(r, terms)
-    deviation = _deviations(r, weights, free, times(weights), count)
-    least = float(np.linalg.norm(r @ weights))
-    fitted = -weights
-    fitted[_MEASURED] = 0.0
-    is_fitted, explained = [term in terms for term in _OF_TERM], r @ fitted
-
-    # Correlation of measured and model after friction, independent of scale. The first row is the offset's,
-    # the last two are the residuals after friction.
-    mixed = reduced(r[:, [*terms, _MODEL, _MEASURED]])
-    model_remainder, along = mixed[-2, -2:]
-    measured_remainder = float(np.hypot(along, mixed[-1, -1]))
-    slope = slope_error = partial = np.nan
-    if independent(r, [*terms, _MODEL])[-1] == _MODEL:
-        beside = np.zeros(5)
-        beside[[*terms, _MODEL]] = -np.linalg.solve(mixed[:-1, :-1], mixed[:-1, -1])
-        beside[_MEASURED] = 1.0
-        slope = float(along / model_remainder)
-        slope_error = float(_deviations(r, beside, [*terms, _MODEL], times(beside), count)[_MODEL])
-        partial = (
-            float(along * np.sign(model_remainder) / measured_remainder) if measured_remainder else np.nan
-        )
-    else:
-        model_remainder = 0.0
-    root = np.sqrt(count)
-    return JointFit(
-        terms=np.where(is_fitted, fitted[[*_OF_TERM]] + 0.0, np.nan),
+    time = correlation_time(lambda at: columns(at) @ weights, used, stretches)
+    deviation = _deviations(r, weights, free, time, count)
+    is_fitted = [term in terms for term in _OF_TERM]
+    rms = float(np.linalg.norm(r @ weights)) / np.sqrt(count)
+    variance = float(measured[used].var())
+    return JointFriction(
+        terms=np.where(is_fitted, 0.0 - weights[[*_OF_TERM]], np.nan),
         errors=np.where(is_fitted, deviation[[*_OF_TERM]], np.nan),
-        rms=least / root,
-        correlation=float(explained[1:] @ r[1:, _MEASURED] / (spread(explained) * spread(r[:, _MEASURED]))),
-        explained=1.0 - float(least / spread(r[:, _MEASURED])) ** 2,
-        slope=slope,
-        slope_error=slope_error,
-        partial=partial,
-        model_rms=float(abs(model_remainder)) / root,
-        measured_rms=measured_remainder / root,
-        like_friction=float(np.linalg.norm(mixed[1:-2, -1])) / root,
+        rms=rms,
+        explained=1.0 - rms**2 / variance if variance else np.nan,
     )
 
 
@@ -217,18 +174,17 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
 
     sizes = np.linalg.norm(r[:, terms], axis=0)
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
-    friction = r[:, _MEASURED] - r[:, _MODEL]
     # The method finds the active bounds in finitely many steps, and then solves without them.
-    solution = lsq_linear(r[:, terms] / sizes, friction, (least, np.inf), method="bvls")
-    weights = np.zeros(5)
+    solution = lsq_linear(r[:, terms] / sizes, r[:, _DIFFERENCE], (least, np.inf), method="bvls")
+    weights = np.zeros(4)
     weights[terms] = -solution.x / sizes
-    weights[[_MODEL, _MEASURED]] = -1.0, 1.0
+    weights[_DIFFERENCE] = 1.0
     return weights, [term for term, is_bound in zip(terms, solution.active_mask, strict=True) if not is_bound]
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:
     """Standard errors of the free weights, nan for others, with `time` readings per independent one."""
-    out = np.full(5, np.nan)
+    out = np.full(4, np.nan)
     # With fewer independent readings than weights the noise is unknown: one degree of freedom is assumed.
     spare = max(count / time - len(free), 1.0)
     square = float(np.linalg.norm(r @ weights)) ** 2 / spare

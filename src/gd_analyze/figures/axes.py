@@ -14,7 +14,7 @@ from gd_analyze.figures import joints
 from gd_analyze.figures.arm import arm_figure, views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MOST_MARKED_SET_POINTS, Look, inertia_figure, vector_figure
-from gd_analyze.figures.figure import ON_PAPER, Area, Cells, Figure, FigureWords, Panel
+from gd_analyze.figures.figure import CELL_HEIGHT, ON_PAPER, Area, Cells, Figure, FigureWords, Panel
 from gd_analyze.figures.run import Elements, Run
 from gd_analyze.figures.structure import matrix_figure, shares_figure
 
@@ -219,7 +219,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
                 for row, has_colour in enumerate(item.colours == name):
                     ends = item.x[runs(has_colour)]
                     spans = [(left, right - left) for left, right in ends.tolist()]
-                    bars = axes.broken_barh(spans, (row, 1.0 - item.gap), zorder=order, facecolor="none")
+                    bars = axes.broken_barh(spans, (row, CELL_HEIGHT), zorder=order, facecolor="none")
                     bars.set(linewidth=0, hatch=2 * slopes, edgecolor=pale)
             continue
         colour = ON_PAPER[item.colour]

@@ -34,6 +34,8 @@ FIGURE_WIDTH = 493.0
 HATCHING = {"rotation": "/", "both": "/\\", "velocity": "\\", "gravity": "|", "drive": "-", "drives": "-"}
 # Distance of the lines, pt.
 _HATCH_SPACING = 2.6
+# Height of a row of cells; the rest separates it from the next.
+CELL_HEIGHT = 0.9
 
 Anchor = Literal["start", "middle", "end"]
 Marker = Literal["circle", "square", "triangle", "diamond", "cross", "star"]
@@ -74,14 +76,13 @@ class Area:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Rows of coloured cells over x: row k lies between y = k and k + 1."""
+    """Rows of coloured cells over x: row k begins at y = k."""
 
     x: FloatArray  # edges, (N + 1,)
     colours: np.ndarray  # names of colours, "" for an empty cell, (R, N)
     opacity: FloatArray  # (R, N), from 0 to 1
     words: tuple[str, ...]  # text of a row's cells on a page, with {0}, {1}, ... for their numbers
     numbers: FloatArray  # (R, N, numbers), as shown
-    gap: float = 0.1  # between rows
     hatching: Mapping[str, str] = field(default_factory=dict)  # slopes of lines by colour
 
 

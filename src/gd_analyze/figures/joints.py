@@ -303,4 +303,4 @@ def measured_joints(run: Run) -> list[int]:
     """Joints, from 0, with a measured torque; empty for a run without any."""
     if "measured_torque" not in run.tables:
         return []
-    return np.flatnonzero(run.tables["measured_torque"].verdict.values != "not measured").tolist()
+    return np.flatnonzero(np.isfinite(run.tables["measured_torque"].rms_difference.values)).tolist()

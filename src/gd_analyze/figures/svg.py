@@ -14,6 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.figures.figure import (
+    CELL_HEIGHT,
     ON_PAPER,
     Area,
     Cells,
@@ -206,7 +207,7 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
         path, lines = [], []
         for row, has_look in enumerate(looks == look):
             for pair in runs(has_look):
-                corners = placed(item.x[pair], row + np.array([0.0, 1.0 - item.gap]))
+                corners = placed(item.x[pair], row + np.array([0.0, CELL_HEIGHT]))
                 (left, top), (right, bottom) = np.rint(UNITS_PER_POINT * corners).astype(int).tolist()
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
                 upper, lower = (corners * (1, 0) + (0, y) for y in corners[:, 1])

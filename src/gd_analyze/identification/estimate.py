@@ -16,12 +16,14 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of
 from gd_analyze.dynamics.friction import correlation_time, reduced, triangle
-from gd_analyze.dynamics.measured_torque import SIGMAS
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.identification.rows import JointRows, Unknowns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.parts import of_point_mass
+
+# Standard errors that make a number significant.
+SIGMAS = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,8 +8,10 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.identification.estimate import described, plausible_sizes
 from gd_analyze.identification.rows import Unknowns
+from gd_analyze.motions.measured import CREEPING_SHARE
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import BoxLimits
 
@@ -21,8 +23,6 @@ class _EquationSettings:
     drawn_states: int = 200  # states drawn to find usual torques and acting parameters
     # Singular values below this share are round-off, of indistinguishable parameters.
     acting_share: float = 1e-9
-    # Velocity, as a share of its limit, above which Coulomb friction is nearly complete.
-    creeping_share: float = 0.05
     difference_step: float = 1e-6  # step of a difference that stands for a derivative
 
 
@@ -62,8 +62,8 @@ class ExpectedEquations:
         of_drives, of_friction = np.zeros((n, count, n)), np.zeros((n, count, n, 3))
         of_drives[joints, :, joints] = qdd
         # A differentiable sign: `identify` leaves out creeping joints.
-        signs = np.stack([np.tanh(speed / _SETTINGS.creeping_share), speed, np.ones_like(speed)], axis=-1)
-        of_friction[joints, :, joints] = signs * self.usual
+        own = own_columns(qdd, np.tanh(speed / CREEPING_SHARE), speed)
+        of_friction[joints, :, joints] = own[..., 1:] * self.usual
         whole = np.concatenate([of_links, of_drives, of_friction.reshape(n, count, -1)], axis=2)
         return whole @ (self.sizes[:, None] * self.acting) / self.usual
 

@@ -11,8 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.dynamics.drivetrain import rubbing
-from gd_analyze.dynamics.measured_torque import SIGMAS
-from gd_analyze.identification.estimate import Estimate, start_of
+from gd_analyze.identification.estimate import SIGMAS, Estimate, start_of
 from gd_analyze.identification.identification import IdentifiedParameter
 from gd_analyze.identification.rows import Unknowns
 from gd_analyze.motions.trajectory import Trajectory

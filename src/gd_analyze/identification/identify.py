@@ -13,13 +13,14 @@ from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
 from gd_analyze.diagnosis.diagnose import diagnose
-from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
+from gd_analyze.diagnosis.faults import Fault, without_faults
+from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.diagnosis.remedies import typed_together
-from gd_analyze.dynamics.measured_torque import SIGMAS, require_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
-from gd_analyze.identification.doubts import doubts_of, require_torque_of_this_size, scale_error
+from gd_analyze.identification.doubts import doubts_of, scale_error
 from gd_analyze.identification.estimate import (
+    SIGMAS,
     Estimate,
     change_by_friction,
     described,
@@ -38,6 +39,7 @@ from gd_analyze.identification.identified_arm import (
 )
 from gd_analyze.identification.rows import JointRows, Unknowns, identification_rows
 from gd_analyze.motions.limits import require_trajectory_joints
+from gd_analyze.motions.measured import require_torques
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -56,6 +58,11 @@ class _JudgementSettings:
     useless_square_share: float = 0.5
     faulty_rms_share: float = 0.25  # share of the RMS beyond which model or log is faulty
     clear_ratio: float = 1.1  # ratio of two RMS that clearly differ
+    # Factor on torques beyond which no links explain it: files that state no drives are off by up to three,
+    # N mm, N cm and currents by ten and more.
+    another_unit_factor: float = 10.0
+    # Torque by which a file's links are off, over its own: masses and torque constants are off by up to that.
+    most_off: float = 1.0 / 3.0
 
 
 _SETTINGS = _JudgementSettings()
@@ -110,8 +117,8 @@ def identify(
     ------
     UsageError
         If a log has no torques, constant or copied ones, is given twice, or has a wrong sign or column; if no
-        joint moves, the logs do not determine the links, no model of this arm predicts held-out torques, or
-        logs and file contradict each other; if `diagnose` finds a cause that other links do not explain.
+        joint moves, the logs do not determine the links, or no model of this arm predicts held-out torques;
+        if `diagnose` finds a cause that other links do not explain.
     TrajectoryError
         If a log has another number of joints.
 
@@ -134,10 +141,9 @@ def identify(
         [_without_faults(arm, motion, faults, anyway) for motion in motions]
         for motions in (fitted, carrying, held_out_motions)
     )
-    if not anyway:
-        _require_no_cause(arm, [*fitted, *held_out_motions])
+    doubts = _doubts_of_logs(arm, [*fitted, *held_out_motions], anyway)
     if mass is None:
-        identification = _identified(arm, fitted, held_out_motions, carrying, physical)
+        identification = _identified(arm, fitted, held_out_motions, carrying, physical, doubts)
         identification = replace(identification, faults=tuple(faults))
         if identification.payload is None:
             return identification
@@ -155,7 +161,7 @@ def identify(
         )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told of the scaled logs
-        payload = _identified(arm, fitted, held_out_motions, carrying, physical).payload
+        payload = _identified(arm, fitted, held_out_motions, carrying, physical, ()).payload
     assert payload is not None  # of a log with it
     weighed, error = payload[:, 0].tolist()
     if weighed <= SIGMAS * error:
@@ -170,7 +176,8 @@ def identify(
         [_with_torques(motion, scale) for motion in motions]
         for motions in (fitted, held_out_motions, carrying)
     )
-    identification = _identified(arm, fitted, held_out_motions, carrying, physical)
+    # The doubts are of torques that are not calibrated.
+    identification = _identified(arm, fitted, held_out_motions, carrying, physical, ())
     return replace(identification, faults=tuple(faults), torque_scale=(scale, scale * error / weighed))
 
 
@@ -179,7 +186,7 @@ def _without_faults(arm: RobotArm, motion: Trajectory, faults: list[Fault], anyw
     require_trajectory_joints(motion, arm)
     require_torques(motion)
     (told, motion), where = without_faults(arm, motion), f"log {motion.name}"
-    useless = [fault for fault in told if fault.share == 1.0 and fault.name != VELOCITIES]
+    useless = [fault for fault in told if fault.is_of_column]
     is_anything_left = bool(np.isfinite(_torque_read(motion)).any())
     if useless and not (anyway and is_anything_left):
         further = "; --anyway (anyway=True) leaves it out" if is_anything_left else ""
@@ -198,23 +205,35 @@ def _without_faults(arm: RobotArm, motion: Trajectory, faults: list[Fault], anyw
     return motion
 
 
-def _require_no_cause(arm: RobotArm, motions: Sequence[Trajectory]) -> None:
-    """Refuse logs that a cause of few numbers explains better than changed links do."""
+def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) -> tuple[str, ...]:
+    """What a diagnosis doubts of logs and file; refuse logs with a cause that is none of the links'."""
     if not arm.mass.any():
-        return
+        return ()
     try:
-        diagnosis = diagnose(arm, motions, thorough=False)
+        diagnosis = diagnose(arm, motions)
     except UsageError:  # nothing moves, of which more is told below
-        return
-    # Of causes that other masses explain, too, doubts are told.
-    if any(not cause.unsure for cause in diagnosis.causes):
-        remedies = typed_together([cause.remedy for cause in diagnosis.causes])
-        reason, _, _ = answer(diagnosis).partition(" Use ")  # the next step says what to use
+        return ()
+    causes = diagnosis.causes
+    are_of_links = all(cause.unsure and not _is_of_another_unit(cause) for cause in causes)
+    reason, _, _ = answer(diagnosis).partition(" Use ")
+    if not are_of_links and not anyway:
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{remedies}; --anyway (anyway=True) identifies all the same",
+            next_step=f"{typed_together([cause.remedy for cause in causes])}; "
+            "--anyway (anyway=True) identifies all the same",
         )
+    # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
+    is_off = diagnosis.is_far_off or diagnosis.after.off > _SETTINGS.most_off
+    is_doubtful = is_off or not are_of_links
+    is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
+    return (reason.removesuffix("."),) if is_doubtful else ()
+
+
+def _is_of_another_unit(cause: Candidate) -> bool:
+    """Whether torques differ by more than masses or unstated drives do: N mm, N cm and currents."""
+    factors = np.abs(cause.correction.torque[cause.correction.torque != 0.0])
+    return bool((np.abs(np.log(factors)) > np.log(_SETTINGS.another_unit_factor)).any())
 
 
 def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
@@ -304,6 +323,7 @@ def _identified(
     held_out_motions: list[Trajectory],
     carrying: list[Trajectory],
     physical: bool,
+    doubts_of_logs: tuple[str, ...],
 ) -> Identification:
     n = arm.n_joints
     unknowns = Unknowns(n, payload=bool(carrying))
@@ -316,8 +336,6 @@ def _identified(
     if arm.drives:
         start[unknowns.of_drives] = arm.drive_inertia
     has_masses = bool(arm.mass.any())
-    if has_masses:
-        require_torque_of_this_size(arm, [log.bare for log in logs], start, unknowns)
     estimate = least_squares(training, start, plausible_sizes(arm, links, training, unknowns))
     # Friction that is not the model's bends the fit to its own rows, and they do not show how far it is off.
     judged = estimate.judged_by([log.rows for log in logs], [log.held_out for log in logs])
@@ -366,8 +384,7 @@ def _identified(
         payload = payload_of(arm, values[unknowns.of_payload], deviations[:, unknowns.of_payload])
     of_log = sources_of(arm, fitted, carrying, held_out_motions, parameters)
     identified = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
-    rows = [log.rows for log in logs]
-    doubts = doubts_of(arm, identified, [*fitted, *held_out_motions], rows, physical=physical)
+    doubts = (*doubts_of_logs, *doubts_of(arm, identified, [*fitted, *held_out_motions], physical=physical))
     for text in doubts:
         warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
     return Identification(

@@ -15,7 +15,8 @@ import numpy as np
 
 from gd_analyze.arrays import CHUNK, Array, FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
-from gd_analyze.dynamics.measured_torque import direction
+from gd_analyze.dynamics.friction import own_columns
+from gd_analyze.motions.measured import direction
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
@@ -110,11 +111,9 @@ def identification_rows(
             sign, torque = signs[i, at], recording.torque[at, i]
             columns = np.zeros((unknowns.count, len(sign)))
             columns[unknowns.of_links] = per_unit[i].reshape(-1, len(sign))
-            columns[unknowns.of_drives.start + i] = motion.qdd[at, i]
-            of_friction = unknowns.of_friction.start + 3 * i
-            columns[of_friction] = sign
-            columns[of_friction + 1] = motion.qd[at, i]
-            columns[of_friction + 2] = 1.0
+            drive, *friction = own_columns(motion.qdd[at, i], sign, motion.qd[at, i]).T
+            columns[unknowns.of_drives.start + i] = drive
+            columns[unknowns.friction_of(i)] = friction
             if loaded:
                 columns[unknowns.of_payload] = per_unit[i, -1]
             # Both sides are means over the readings that there are, at least half of a window's.

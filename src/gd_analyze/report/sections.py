@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from gd_analyze.diagnosis.log_verdict import DISPUTED
 from gd_analyze.figures.arm import views_figure
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import Look, vector_figure
@@ -35,10 +36,6 @@ from gd_analyze.results.shown_tables import (
 from gd_analyze.robots.inspection import arm_tables
 from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import given, number
-
-# Rows of the ranking of terms.
-_RANKED_TERMS = 40
-_SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
 
 
 def sections(findings: Findings) -> tuple[Section, ...]:
@@ -103,19 +100,19 @@ def _measured(findings: Findings) -> Section:
         *motion_result.friction_tables(table, findings.arm),
         *_diagnosis(findings),
     )
-    note = f"Compared at {table.attrs['compared']} set points with measured torque{alike}."
+    note = f"{table.attrs['agreement']} Compared at {table.attrs['compared']} set points{alike}."
     return Section("measured", "Measured torque and the model's", parts, note)
 
 
 def _diagnosis(findings: Findings) -> Iterator[Part]:
-    """What a log that contradicts the arm tells: causes tried, and the worst joint's residuals."""
-    if "diagnosis" not in findings.tables:
+    """The worst joint's residuals and causes tried, where something is left to explain."""
+    if findings.tables["measured_torque"].attrs["verdict"] not in DISPUTED:
         return
     table = findings.tables["diagnosis"]
     joint = worst_joint(table)
     drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
     parts = (*drawings, *causes_table(table), *faults_table(table))
-    yield Section("", "Why log and arm contradict each other", parts, str(table.attrs["answer"]))
+    yield Section("", "What is left of the measured torque", parts)
 
 
 def _torque(findings: Findings) -> Section:

@@ -52,19 +52,10 @@ def write_tables(path: Path, tables: Mapping[str, xr.Dataset], attributes: Mappi
             _write_table(file.create_group(name, track_order=True), dataset, name)
 
 
-def write_table(path: Path, dataset: xr.Dataset) -> None:
-    """Write one table, whose variables are not those of `gd_analyze.schema.GROUPS`, as a file of its own."""
-    import h5py
-
-    _require_room(path, _most_bytes(dataset))
-    with h5py.File(path, "w", libver=_VERSIONS, track_order=True) as file:
-        _write_table(file, dataset)
-
-
-def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str = "") -> None:
+def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str) -> None:
     """Write a table: variables along time block by block, as they may be evaluated while they are read.
 
-    The numbers of a named one are checked against the declarations of the group of that name.
+    The numbers are checked against the declarations of the group of that name.
     """
     labels = [key for key in dataset.coords if key not in dataset.dims]
     _describe(group, dataset.attrs | ({_COORDINATES: " ".join(map(str, labels))} if labels else {}))
@@ -72,8 +63,7 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str = "") -> None
     for key, variable in dataset.variables.items():
         is_long = key in along_time
         values, coding = _stored(np.empty(0, variable.dtype) if is_long else variable.values)
-        if name:
-            require_numbers(values, str(key), name)
+        require_numbers(values, str(key), name)
         stored = group.create_dataset(
             str(key),
             variable.shape,
@@ -88,8 +78,7 @@ def _write_table(group: h5py.Group, dataset: xr.Dataset, name: str = "") -> None
         block = dataset[along_time].isel(time=chunk)
         for key in along_time:
             values = np.ascontiguousarray(_stored(block[key].values)[0])
-            if name:
-                require_numbers(values, str(key), name)
+            require_numbers(values, str(key), name)
             group[str(key)][chunk] = values
     for dim, size in dataset.sizes.items():
         if dim not in dataset.variables:

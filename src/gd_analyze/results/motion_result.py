@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.dynamics.measured_torque import CONTRADICTING
+from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.columns import ColumnUse
@@ -40,12 +40,6 @@ _NAMED_ELEMENTS = 8
 MOST_MOTION_COLUMNS = 12
 # A motion that allows a joint this many times less error than others is named: it may cost operations.
 _STRICT_RATIO = 20.0
-# A residual after friction beyond this multiple of the noise (RMS) has another cause.
-_EXPLAINED_NOISE_RATIO = 3.0
-# Beyond this multiple a measurement follows the model "in part", below it "roughly".
-_ROUGH_NOISE_RATIO = 10.0
-# Multiples beyond this are not written out: a log filtered before has next to no noise.
-_LARGEST_SHOWN_RATIO = 1000
 
 
 def measured_parts(findings: Findings) -> tuple[Part, ...]:
@@ -54,7 +48,8 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
         return ()
     table = findings.tables["measured_torque"]
     parts: tuple[Part, ...] = (
-        Fact("described", "", is_described(table)),
+        Fact("verdict", "Log and file", table.attrs["verdict"], shown="text"),
+        Fact("agreement", "", table.attrs["agreement"]),
         Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
         measured_table(table, findings.arm),
         *friction_tables(table, findings.arm),
@@ -72,12 +67,8 @@ def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
         row | {"effort_unit": joint.effort_unit}
         for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
     ]
-    texts = [_verdict_text(row) for row in rows]
-    columns: dict[str, str | Column] = {
-        **dict.fromkeys(("correlation", "slope", "rms_difference", "explained"), "measured_torque"),
-        "words": declared_column("measured_torque", "verdict", texts, key=""),
-    }
-    return table_of("joints", "Measured and exact torque", rows, columns)
+    names = ("bias", "rms_difference", "rms_beside_friction", "explained")
+    return table_of("joints", "Measured and exact torque", rows, dict.fromkeys(names, "measured_torque"))
 
 
 def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple[Table, ...]:
@@ -97,56 +88,15 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
             for row, unit in zip(rows, of_joints, strict=True)
         ]
         columns.append(declared_column("measured_torque", name, cells, key=""))
-    residuals = [row["rms_beside_friction"] for row in rows]
-    columns.append(declared_column("measured_torque", "rms_beside_friction", residuals, efforts, key=""))
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
     return (Table("", title, tuple(columns)),)
 
 
-def _verdict_text(row: Row) -> str:
-    """How a joint's measurement compares with the model: "too light by a factor 1.9"."""
-    verdict, slope = str(row["verdict"]), row["slope_beside_friction"]
-    if verdict == "another joint's":
-        return f"follows the model of joint {row['resembles']}"
-    if verdict in ("too light", "too heavy") and slope:
-        factor = slope if verdict == "too light" else 1.0 / slope
-        return f"{verdict} by a factor {factor:{'.0f' if factor > 99.5 else '.2g'}}"
-    residual = row["rms_beside_friction"]
-    if verdict.startswith("follows") and row["noise"] and residual:
-        times = residual / row["noise"]
-        share = number(times, 2) if times < _LARGEST_SHOWN_RATIO else f"over {_LARGEST_SHOWN_RATIO}"
-        if times > _EXPLAINED_NOISE_RATIO:
-            extent = "in part" if times > _ROUGH_NOISE_RATIO else "roughly"
-            verdict = verdict.replace("follows", f"follows {extent}")
-            verdict += f"; friction leaves {share} times the noise"
-    if row["drive_inertia"]:
-        verdict += f": the difference follows qdd like a drive of {row['drive_inertia']:.2g} kg m^2"
-    return verdict
-
-
-def is_described(table: xr.Dataset) -> bool:
-    """Whether no measured torque contradicts the model."""
-    return not {*table.verdict.values.tolist()} & {*CONTRADICTING}
-
-
-def contradicted_joints(findings: Findings) -> str:
-    """Sentence for the joints at which measured torques contradict the arm, or ""."""
-    if "measured_torque" not in findings.tables or is_described(findings.tables["measured_torque"]):
+def agreement_sentence(findings: Findings) -> str:
+    """The verdict on log and file, with a space behind it; "" if no torques were measured."""
+    if "measured_torque" not in findings.tables:
         return ""
-    rows = rows_of(findings.tables["measured_torque"], "joint")
-    joints = [row["joint"] for row in rows if row["verdict"] in CONTRADICTING]
-    return f"The log contradicts the arm at {named_joints(joints, findings.arm.n_joints)}. "
-
-
-def torque_warning(table: xr.Dataset, arm: RobotArm, diagnosis: xr.Dataset | None, answer: str) -> str:
-    """Joints at which the measurement contradicts the model, and the answer of the diagnosis."""
-    rows = [row for row in rows_of(table, "joint") if row["verdict"] in CONTRADICTING]
-    subject = f"measured torques contradict the model of {arm.name}"
-    if diagnosis is not None and diagnosis.sizes["cause"]:
-        joints = named_joints([row["joint"] for row in rows], arm.n_joints)
-        return f"{subject} at {joints}. {answer.removesuffix('.')}"
-    descriptions = "; ".join(f"joint {row['joint']} {_verdict_text(row)}" for row in rows)
-    return f"{subject}: {descriptions}. {answer} `gd-analyze identify` fits a model to the log"
+    return f"{SENTENCES[findings.tables['measured_torque'].attrs['verdict']]} "
 
 
 def motion_rows(findings: Findings) -> list[Row]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray, round_off_of
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.log_verdict import LogVerdict
 from gd_analyze.dynamics.decomposition import arrays_on_demand, decomposition_coordinates, on_demand
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import FRICTION_TERMS
@@ -246,36 +247,31 @@ def _of_elements(inertia: FloatArray, qdd: FloatArray, dominance: xr.Dataset) ->
 
 
 def measured_torque_table(
-    comparison: TorqueComparison, trajectory: Trajectory, *, fit_friction: bool = False
+    comparison: TorqueComparison, trajectory: Trajectory, verdict: LogVerdict, *, fit_friction: bool = False
 ) -> xr.Dataset:
-    """Tabulate a comparison; fitted friction is included only if asked for."""
+    """Tabulate a comparison beside the verdict; fitted friction is included only if asked for."""
     recording = trajectory.recording
     assert recording is not None  # a comparison needs a recording
     arm, friction = comparison.arm, comparison.friction
     values: dict[str, Any] = {
         "measured": recording.torque,
         "filtered": comparison.measured,
-        "correlation": comparison.correlation,
-        "slope": comparison.slope,
         "bias": comparison.bias,
         "rms_difference": comparison.rms,
         "peak_measured": comparison.peak_measured,
-        "peak_model": comparison.peak_model,
         "explained": comparison.explained,
-        "slope_beside_friction": comparison.slope_beside_friction,
-        "slope_error": comparison.slope_error,
         "rms_beside_friction": friction.rms,
-        "noise": comparison.noise,
-        "drive_inertia": comparison.drive_inertia,
-        "verdict": np.array(comparison.verdicts),
-        "resembles": np.array(comparison.resembles),
     }
     if fit_friction:
         for k, name in enumerate(FRICTION_TERMS):
             values |= {name: friction.terms[:, k], f"{name}_error": friction.errors[:, k]}
-        for name in ("correlation", "explained"):
-            values[f"{name}_beside_friction"] = getattr(friction, name)
-    attributes = {"compared": comparison.compared, "filter": int(recording.cutoff is not None)}
+        values["explained_beside_friction"] = friction.explained
+    attributes = {
+        "compared": comparison.compared,
+        "filter": int(recording.cutoff is not None),
+        "verdict": verdict.word,
+        "agreement": verdict.text,
+    }
     coordinates = _over_time(trajectory) | joint_names(arm)
     return table("measured_torque", values, arm.is_revolute, coordinates, attributes)
 

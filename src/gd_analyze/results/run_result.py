@@ -176,14 +176,14 @@ def subtitle(findings: Findings) -> str:
 
 
 def run_headline(findings: Findings) -> str:
-    """Operations saved, error, and whether it is proven; preceded by joints that a log contradicts."""
+    """Operations saved, error, and whether it is proven; preceded by whether a log agrees with the file."""
     model, bound = findings.model, near_bound(findings)
-    contradicted = motion_result.contradicted_joints(findings)
+    agreed = motion_result.agreement_sentence(findings)
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
     if is_unreadable(findings):
-        return f"{contradicted}{_unreadable_headline(findings)}"
+        return f"{agreed}{_unreadable_headline(findings)}"
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     tried = int(tube.attrs["tried"])
@@ -195,7 +195,7 @@ def run_headline(findings: Findings) -> str:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
-    return f"{contradicted}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
+    return f"{agreed}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
 
 
 def is_unreadable(findings: Findings) -> bool:

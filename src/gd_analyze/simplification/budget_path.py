@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,24 +21,16 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import HarmonicLevel
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
-from gd_analyze.simplification.selection import Selection, SelectionSettings, TermChoice, descend
+from gd_analyze.simplification.selection import Selection, TermChoice, descend
 
-
-@dataclass(frozen=True, kw_only=True)
-class _PathSettings:
-    """The budgets along which a model is followed."""
-
-    largest_factor: float = 10.0  # largest multiple of the model's budget
-    steps: int = 10  # steps from the smallest budget to the model's, and as many from there to the largest
-    # Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
-    smallest_factors: tuple[float, ...] = (0.1, 0.2, 0.4, 0.7)
-    most_states: int = 300  # states that represent a longer motion
-
-
-_SETTINGS = _PathSettings()
+_LARGEST_FACTOR = 10.0  # largest multiple of the model's budget
+_STEPS = 10  # steps from the smallest budget to the model's, and as many from there to the largest
+# Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
+_SMALLEST_FACTORS: tuple[float, ...] = (0.1, 0.2, 0.4, 0.7)
+_MOST_STATES = 300  # states that represent a longer motion
 
 # Budgets far below the model's keep many terms: they are dropped in larger portions.
-_PORTIONS = SelectionSettings(at_once=0.02)
+_AT_ONCE = 0.02
 
 
 def joined_path(
@@ -85,8 +77,8 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
 
 def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
-    thinned = exact.thinned(_SETTINGS.most_states)
-    for smallest in _SETTINGS.smallest_factors:
+    thinned = exact.thinned(_MOST_STATES)
+    for smallest in _SMALLEST_FACTORS:
         with suppress(TooManyTermsError):
             candidates = candidates_of(
                 thinned, model.level, smallest * model.accuracy.allowed, included=model.terms
@@ -96,14 +88,14 @@ def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[flo
     else:
         return
     selection, stays = candidates.selection(), candidates.selection(model.terms).selected
-    for factor in np.geomspace(smallest, 1.0, _SETTINGS.steps + 1)[:-1].tolist():
-        descend(selection, stays, _PORTIONS, limit=factor / smallest)
+    for factor in np.geomspace(smallest, 1.0, _STEPS + 1)[:-1].tolist():
+        descend(selection, stays, limit=factor / smallest, at_once=_AT_ONCE)
         yield factor, candidates.chosen(selection.selected)
 
 
 def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each larger budget: fewer and fewer of the model's, with their coefficients."""
-    level, form, thinned = model.level, model.form, exact.thinned(_SETTINGS.most_states)
+    level, form, thinned = model.level, model.form, exact.thinned(_MOST_STATES)
     assert isinstance(level, HarmonicLevel)
     listed, allowed = list(model.terms), model.accuracy.allowed
     numbers = numbers_of(level, form, listed)
@@ -115,7 +107,7 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     choice = TermChoice(effects, base, costs_together(level.costs(form, listed, 0), numbers))
     stays = of_any(level.indispensable(form, listed), listed, numbers)
     selection = Selection(choice, np.ones(len(choice), dtype=bool))
-    for factor in np.geomspace(1.0, _SETTINGS.largest_factor, _SETTINGS.steps + 1)[1:].tolist():
+    for factor in np.geomspace(1.0, _LARGEST_FACTOR, _STEPS + 1)[1:].tolist():
         descend(selection, stays, limit=factor)
         rows = np.flatnonzero(selection.selected[numbers]).tolist()
         yield factor, {listed[row]: model.terms[listed[row]] for row in rows}

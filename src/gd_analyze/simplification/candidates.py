@@ -37,16 +37,8 @@ MANY_TERMS = 1000
 # Share of the budget that the terms dropped beforehand may take together.
 SWEPT_ERROR_SHARE = 0.4
 
-
-@dataclass(frozen=True, kw_only=True)
-class _SweepSettings:
-    """How an arm's very many terms become those that a search can weigh."""
-
-    most_terms: int = 4000  # most terms that a search can weigh
-    numbers_at_once: int = 3_000_000  # numbers held at a time while very many terms are evaluated: 24 MB
-
-
-_SWEEP = _SweepSettings()
+_MOST_TERMS = 4000  # most terms that a search can weigh
+_NUMBERS_AT_ONCE = 3_000_000  # numbers held at a time while very many terms are evaluated: 24 MB
 
 
 class TooManyTermsError(UsageError):
@@ -139,13 +131,13 @@ def candidates_of(
     if torques.count > MANY_TERMS:
         weighed = stays | of_any(included, listed, numbers)
         remaining, base = _swept(torques, exact.states, allowed, weighed)
-        if len(remaining) > _SWEEP.most_terms:
+        if len(remaining) > _MOST_TERMS:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
             next_step = 'allow a larger error, such as "1% or 0.5% limit"'
             raise TooManyTermsError(
                 message,
                 where="budget",
-                expected=f"at most {_SWEEP.most_terms}",
+                expected=f"at most {_MOST_TERMS}",
                 found=str(len(remaining)),
                 next_step=next_step,
             )
@@ -280,6 +272,6 @@ def _swept(
 def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:
     """Largest torque of every term over the allowed error, shape (K,)."""
     out = np.zeros(torques.count)
-    for block, effects in torques.in_blocks(states, _SWEEP.numbers_at_once):
+    for block, effects in torques.in_blocks(states, _NUMBERS_AT_ONCE):
         out[block] = effects.largest(np.abs(effects.torque).max(axis=1) / allowed[effects.joint])
     return out

@@ -128,21 +128,23 @@ def _along(arm: RobotArm, stated: Accuracy, motion: AlongMotion, allowed: FloatA
 def _require_of_joints(arm: RobotArm, stated: Accuracy) -> None:
     """Raise a ModelError unless there is a number for every joint of the arm."""
     n, bound = arm.n_joints, stated.certificate
-    arrays = {"allowed": stated.allowed, "uncertainty": stated.uncertainty}
-    for place, part in (("", stated), *((f"motion {motion.name}: ", motion) for motion in stated.motions)):
-        arrays |= {f"{place}{name}": array for name, array in vars(part.errors).items()}
-        arrays |= {f"{place}uncertainty": part.uncertainty}
-    shapes = {name: (array, (n,)) for name, array in arrays.items() if array is not None}
+    arrays = {"uncertainty": stated.uncertainty, **vars(stated.errors)}
+    for motion in stated.motions:
+        arrays[f"motion {motion.name}: uncertainty"] = motion.uncertainty
+        arrays |= {f"motion {motion.name}: {name}": array for name, array in vars(motion.errors).items()}
     if bound is not None:
         names = ("certified", "lower", "upper", "velocity", "acceleration")
-        shapes |= {f"certificate {name}": (getattr(bound, name), (n,)) for name in names}
-        if bound.trajectory_fingerprint:
-            pieces = np.empty(0) if bound.pieces is None else bound.pieces
-            shapes["certificate pieces"] = (pieces, (n, 2, 3, n))
-    for name, (array, shape) in shapes.items():
-        if array.shape != shape:
-            expected, found = f"{shape}, for {n} joints", f"{array.shape}"
-            raise ModelError("numbers of other joints", where=name, expected=expected, found=found)
+        arrays |= {f"certificate {name}": getattr(bound, name) for name in names}
+    shapes: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = [
+        (name, array.shape, (n,)) for name, array in arrays.items() if array is not None
+    ]
+    if bound is not None and bound.trajectory_fingerprint:
+        pieces = () if bound.pieces is None else bound.pieces.shape
+        shapes.append(("certificate pieces", pieces, (n, 2, 3, n)))
+    for name, shape, expected in shapes:
+        if shape != expected:
+            message = f"not the numbers of {n} joints"
+            raise ModelError(message, where=name, expected=f"shape {expected}", found=f"shape {shape}")
 
 
 def _states_of(arm: RobotArm, bound: Proven, trajectory: str) -> str:

@@ -23,9 +23,7 @@ from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.selection import (
-    USUAL_SELECTION,
     Selection,
-    SelectionSettings,
     descend,
     improve,
     repair,
@@ -39,18 +37,10 @@ TermProgress = Callable[[int], None] | None
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
 
-
-@dataclass(frozen=True, kw_only=True)
-class _InertiaSettings:
-    """How a search limits the error of D, so that gamma stays below 1."""
-
-    most_directions: int = 40  # most directions at every position in which D is limited
-    continued_share: float = 0.25  # attempts after a direction is added, as a share of the usual
-    # Number of directions after which there are no attempts: descents alone end sooner.
-    directions_with_attempts: int = 12
-
-
-_SETTINGS = _InertiaSettings()
+_MOST_DIRECTIONS = 40  # most directions at every position in which D is limited
+_CONTINUED_SHARE = 0.25  # attempts after a direction is added, as a share of the usual
+# Number of directions after which there are no attempts: descents alone end sooner.
+_DIRECTIONS_WITH_ATTEMPTS = 12
 
 
 @dataclass(frozen=True)
@@ -99,22 +89,19 @@ def selected_terms(
     candidates = candidates_of(
         exact, options.level, allowed, sine_price=options.sine_price, included=start or {}
     )
-    settings = USUAL_SELECTION.scaled(options.effort)
     selection = candidates.selection(start)
-    repair(selection, settings)
-    descend(selection, candidates.stays, settings)
+    repair(selection)
+    descend(selection, candidates.stays)
     steps = [SearchStep("descent", _operations(candidates, selection))]
     inertia = _inertia_terms(candidates, exact)
-    usable = _with_usable_inertia(candidates, selection, inertia, exact, settings)
+    usable = _with_usable_inertia(candidates, selection, inertia, exact)
     if usable is not None:
         candidates, selection = usable
     if options.thorough:
-        selection = _cheapest(candidates, improve(selection, candidates.stays, settings))
+        selection = _cheapest(candidates, improve(selection, candidates.stays, effort=options.effort))
         if usable is not None:
-            shorter = settings.scaled(_SETTINGS.continued_share)
-            improved = _with_usable_inertia(
-                candidates, selection, inertia, exact, settings, improving=shorter
-            )
+            shorter = _CONTINUED_SHARE * options.effort
+            improved = _with_usable_inertia(candidates, selection, inertia, exact, improving=shorter)
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
@@ -142,25 +129,25 @@ def _with_usable_inertia(
     selection: Selection,
     inertia: tuple[InertiaTerms, NDArray[np.intp]],
     exact: ExactDynamics,
-    settings: SelectionSettings,
-    improving: SelectionSettings | None = None,
+    improving: float = 0.0,
 ) -> tuple[Candidates, Selection] | None:
     """Select anew until gamma is below 1 at every state; None if that fails within the budget.
 
     Where gamma is too large, what D lacks in the worst direction joins the errors that a selection limits.
+    With `improving` there are attempts after each, of that effort.
     """
     inertia_terms, places = inertia
-    for turn in range(_SETTINGS.most_directions):
+    for turn in range(_MOST_DIRECTIONS):
         excess = inertia_terms.excess(exact.inertia, selection.selected[places], LARGEST_GAMMA)
         if excess is None:
             return candidates, selection
         added, remainder = (values / LARGEST_GAMMA for values in excess)
         candidates = replace(candidates, choice=candidates.choice.joined_by(places, added, remainder))
         selection = Selection(candidates.choice, selection.selected)
-        repair(selection, settings)
-        descend(selection, candidates.stays, settings)
-        if improving is not None and turn < _SETTINGS.directions_with_attempts:
-            selection = _cheapest(candidates, improve(selection, candidates.stays, improving))
+        repair(selection)
+        descend(selection, candidates.stays)
+        if improving and turn < _DIRECTIONS_WITH_ATTEMPTS:
+            selection = _cheapest(candidates, improve(selection, candidates.stays, effort=improving))
     return None
 
 

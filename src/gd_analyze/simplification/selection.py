@@ -9,7 +9,7 @@ taken if it costs no more. All numbers are counted, none timed: the same input g
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,26 +21,13 @@ from gd_analyze.simplification.effects import Effects, Mask
 # Operations by the set of terms, by index, that need them.
 Costs = Mapping[frozenset[int], int]
 
-
-@dataclass(frozen=True)
-class SelectionSettings:
-    """Settings of the search for a selection."""
-
-    tries: int = 750  # most attempts to improve a selection
-    patience: int = 200  # attempts without success after which it ends
-    most_put_back: int = 6  # terms put back in an attempt, at most
-    exchanging: float = 0.5  # share of the attempts that begin by dropping a term or two
-    noise: float = 1.0  # standard deviation of the logarithm of a term's merit in an attempt
-    at_once: float = 1 / 200  # share of the terms dropped at once while there are many
-    several: int = 10  # cheapest selections by estimate, whose operations are counted
-
-    def scaled(self, effort: float) -> SelectionSettings:
-        """The same with more or fewer attempts."""
-        tries, patience = (max(1, round(effort * number)) for number in (self.tries, self.patience))
-        return replace(self, tries=tries, patience=patience)
-
-
-USUAL_SELECTION = SelectionSettings()
+_TRIES = 750  # most attempts to improve a selection
+_PATIENCE = 200  # attempts without success after which they end
+_MOST_PUT_BACK = 6  # terms put back in an attempt, at most
+_EXCHANGING = 0.5  # share of the attempts that begin by dropping a term or two
+_NOISE = 1.0  # standard deviation of the logarithm of a term's merit in an attempt
+_SEVERAL = 10  # cheapest selections by estimate, whose operations are counted
+AT_ONCE = 1 / 200  # share of the terms dropped at once while there are many
 # Smallest credit of a term that saves nothing while others share its steps, in operations.
 _LEAST_CREDIT = 0.5
 
@@ -156,9 +143,9 @@ class Selection:
 def descend(
     selection: Selection,
     stays: Mask,
-    settings: SelectionSettings = USUAL_SELECTION,
     *,
     limit: float = 1.0,
+    at_once: float = AT_ONCE,
     random: np.random.Generator | None = None,
 ) -> None:
     """Drop terms while every error stays within `limit` allowed ones; those of `stays` are never dropped.
@@ -185,8 +172,8 @@ def descend(
         saving = np.maximum(selection.savings[terms], _LEAST_CREDIT)
         merit = np.where(rise > 0.0, rise / saving, rise * saving)
         if random is not None:
-            merit *= np.exp(settings.noise * np.sign(merit) * random.standard_normal(len(terms)))
-        count = max(1, int(settings.at_once * len(terms)))
+            merit *= np.exp(_NOISE * np.sign(merit) * random.standard_normal(len(terms)))
+        count = max(1, int(at_once * len(terms)))
         for term in terms[np.argsort(merit, kind="stable")[:count]].tolist():
             if count > 1 and not _fits(selection, term, limit):
                 continue
@@ -207,9 +194,7 @@ def _fits(selection: Selection, term: int, limit: float) -> bool:
     return bool(np.abs(selection.error[effects.joint[rows]] + effects.torque[rows]).max() <= limit)
 
 
-def repair(
-    selection: Selection, settings: SelectionSettings = USUAL_SELECTION, *, limit: float = 1.0
-) -> None:
+def repair(selection: Selection, *, limit: float = 1.0) -> None:
     """Put terms back, each time the one that relieves the largest errors most, until all are within."""
     while selection.largest > limit:
         relief = selection.relief
@@ -220,27 +205,26 @@ def repair(
         selection.put_back(term)
 
 
-def improve(
-    selection: Selection, stays: Mask, settings: SelectionSettings = USUAL_SELECTION, *, seed: int = 0
-) -> list[Selection]:
+def improve(selection: Selection, stays: Mask, *, effort: float = 1.0, seed: int = 0) -> list[Selection]:
     """Put some terms back and drop others, again and again; return the cheapest distinct selections.
 
-    The cheapest by estimate comes first.
+    The cheapest by estimate comes first. With more effort there are more attempts.
     """
+    tries, patience = (max(1, round(effort * number)) for number in (_TRIES, _PATIENCE))
     random = np.random.default_rng(seed)
     best = {selection.selected.tobytes(): selection}
     cheapest, waited = selection.cost, 0
-    for _ in range(settings.tries):
-        if waited >= settings.patience:
+    for _ in range(tries):
+        if waited >= patience:
             break
         waited += 1
         trial = selection.copy()
-        if random.random() < settings.exchanging:
-            if not _exchange_some(trial, stays, settings, random):
+        if random.random() < _EXCHANGING:
+            if not _exchange_some(trial, stays, random):
                 continue
         else:
-            _put_some_back(trial, settings, random)
-        descend(trial, stays, settings, random=random)
+            _put_some_back(trial, random)
+        descend(trial, stays, random=random)
         cost = trial.cost
         # Terms that cancel others may raise errors when they are put back.
         if cost > selection.cost or trial.largest > 1.0:
@@ -250,12 +234,10 @@ def improve(
         if cost < cheapest:
             cheapest, waited = cost, 0
     ordered = sorted(best.values(), key=lambda selection: selection.cost)
-    return ordered[: settings.several]
+    return ordered[:_SEVERAL]
 
 
-def _exchange_some(
-    selection: Selection, stays: Mask, settings: SelectionSettings, random: np.random.Generator
-) -> bool:
+def _exchange_some(selection: Selection, stays: Mask, random: np.random.Generator) -> bool:
     """Drop one or two terms at random, and put others back; whether the errors are then within."""
     open_ = np.flatnonzero(selection.selected & ~stays)
     if not len(open_):
@@ -263,12 +245,12 @@ def _exchange_some(
     leaving = random.choice(open_, size=min(int(random.integers(1, 3)), len(open_)), replace=False)
     for term in leaving.tolist():
         selection.drop(term)
-    for _ in range(settings.most_put_back):
+    for _ in range(_MOST_PUT_BACK):
         if selection.largest <= 1.0:
             return True
         relief = selection.relief
         relief[leaving] = 0.0
-        relief *= np.exp(settings.noise * random.standard_normal(len(relief)))
+        relief *= np.exp(_NOISE * random.standard_normal(len(relief)))
         term = int(relief.argmax())
         if relief[term] <= 0.0:
             return False
@@ -276,12 +258,12 @@ def _exchange_some(
     return selection.largest <= 1.0
 
 
-def _put_some_back(selection: Selection, settings: SelectionSettings, random: np.random.Generator) -> None:
+def _put_some_back(selection: Selection, random: np.random.Generator) -> None:
     """Put a few dropped terms back at random, likelier those that relieve large errors."""
     dropped = np.flatnonzero(~selection.selected)
     if not len(dropped):
         return
-    count = min(int(random.integers(1, settings.most_put_back + 1)), len(dropped))
+    count = min(int(random.integers(1, _MOST_PUT_BACK + 1)), len(dropped))
     relief = np.sqrt(np.maximum(selection.relief[dropped], 0.0))
     total = relief.sum()
     # One in a thousand is any term, so that none is out of reach.

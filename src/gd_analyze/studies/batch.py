@@ -1,4 +1,4 @@
-"""Many main jobs: a row per arm, motion and options, in one table that grows as they end."""
+"""Many main jobs: a row per arm, motion, options and varied numbers, in one table that grows as they end."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from gd_analyze.errors import (
     UsageError,
     require_type,
 )
+from gd_analyze.figures.batch import batch_figure
 from gd_analyze.files import (
     RESULT_FILES,
     appending_alone,
@@ -35,12 +36,14 @@ from gd_analyze.files import (
     temporary_folder,
 )
 from gd_analyze.motions.pool import trajectory_of
-from gd_analyze.result import Column, Fact, Result, Shown, Table, plain
+from gd_analyze.report.pdf import drawing_file
+from gd_analyze.result import plain
+from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.run_result import first_facts, run_headline
+from gd_analyze.robots.arm_numbers import with_numbers
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import carrying, parse_payload
 from gd_analyze.studies.batch_rows import (
-    KEYS,
     BatchRow,
     RowInput,
     checked_rows,
@@ -49,12 +52,14 @@ from gd_analyze.studies.batch_rows import (
     row_inputs,
     rows_in,
     settings_of,
+    varied_in,
 )
+from gd_analyze.studies.batch_table import batch_table, varied_column
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.many import each
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.study_files import write_findings
-from gd_analyze.text import number_in, short_name
+from gd_analyze.text import number_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,6 +69,7 @@ if TYPE_CHECKING:
 # Finished rows, a line of JSON each; the table is made from them.
 RECORD = "rows.jsonl"
 TABLES = ("csv", "parquet")
+DRAWINGS = ("svg", "pdf", "png")
 
 
 @dataclass(frozen=True)
@@ -103,13 +109,15 @@ def batch(
     table
         A CSV table with a column per option, a YAML or TOML file with a value or a list per option, a folder
         with a folder of logs per robot, or rows as mappings. Options are `arm`, `trajectory`, `payload`, the
-        arguments of `load_arm` and the fields of `Settings`.
+        arguments of `load_arm`, the fields of `Settings`, and numbers that replace those of the arm, named as
+        in arm files: "link3.mass", "link3.com.x", "joint2.a" (or "joint2.a_mm"), "drive1.inertia".
     out
-        Folder for `batch.csv` or `batch.parquet`, the record, and a folder of files per row.
+        Folder for `batch.csv`, `batch.svg` and others, the record, and a folder of files per row.
     formats
         Files to write for every row, see `analyze`; "json" is the model, an empty collection writes none.
     to
-        "csv", "parquet" (needs pyarrow), or both.
+        The table as "csv", "parquet" (needs pyarrow); a figure of peak torques and operations as "svg",
+        "pdf", "png".
     jobs, scheduler
         Number of processes on this machine, or the address of a Dask scheduler, see `each`.
     stage, progress
@@ -119,7 +127,9 @@ def batch(
     -------
     pandas.DataFrame
         One row per row of the input, in its order: `state` ("done" or "failed"), `error`, the options,
-        headline figures, peak torques ("peak_torque_1", N m) and verdicts ("D11", ...) by element, `files`.
+        headline figures, peak torques ("peak_torque_1", N m or N) and verdicts ("D11", ...) by element,
+        `files`. Where numbers vary, `changed_verdicts` are those that differ from the first row of the same
+        arm and trajectory.
 
     Raises
     ------
@@ -136,7 +146,7 @@ def batch(
     else:
         rows, base_folder = checked_rows(table, "rows"), Path()
     require_words(formats, RESULT_FILES, "formats")
-    require_words(to, TABLES, "to")
+    require_words(to, (*TABLES, *DRAWINGS), "to")
     require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
@@ -161,7 +171,7 @@ def batch(
                     task_keys.add(task.key)
                     yield (task,)
 
-        for _, (key, entries, files) in each(analysed, tasks(), jobs, scheduler, at_once=1):
+        for _, (key, entries, files) in each(analysed, tasks(), jobs, scheduler):
             with replacing_together([folder / key / name for name in files]) as temporaries:
                 for temporary, content in zip(temporaries, files.values(), strict=True):
                     temporary.write_bytes(content)
@@ -172,13 +182,15 @@ def batch(
             os.fsync(record.fileno())
             entries_by_key[key] = entries
             progress(1)
-        frame = _table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
+        frame = batch_table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:
                 if kind == "csv":
                     frame.map(_no_formula).to_csv(temporary, index=False, lineterminator="\n")
-                else:
+                elif kind == "parquet":
                     frame.to_parquet(temporary, index=False)
+                else:
+                    temporary.write_bytes(drawing_file(batch_figure(frame, varied_column(rows)), kind))
     return frame
 
 
@@ -211,13 +223,15 @@ def analysed(task: BatchTask) -> tuple[str, dict[str, Any], dict[str, bytes]]:
 def _findings(task: BatchTask, folder: Path, caught: Sequence[warnings.WarningMessage]) -> Findings:
     row = task.row
     arm = load_arm(task.arm.at(folder), **picked_of(row))
+    if varied := varied_in(row):
+        arm = with_numbers(arm, varied)
     if "payload" in row:
         arm = carrying(arm, parse_payload(str(row["payload"])))
     motion = trajectory_of(task.trajectory.at(folder), arm)
     motion = replace(motion, origin=motion.origin.replace(f"{folder}/", ""))
     settings = Settings(**settings_of(row))
-    warned = [str(warning.message).replace(f"{folder}/", "") for warning in caught]
-    return find(arm, motion, settings, warned=warned)
+    warned = dict.fromkeys(str(warning.message).replace(f"{folder}/", "") for warning in caught)
+    return find(arm, motion, settings, warned=list(warned))
 
 
 def _headline(findings: Findings) -> dict[str, Any]:
@@ -233,6 +247,7 @@ def _headline(findings: Findings) -> dict[str, Any]:
         "error": "",
         "headline": run_headline(findings),
         "joints": findings.arm.n_joints,
+        "joint_kinds": "".join("R" if turns else "P" for turns in findings.arm.is_revolute),
         "set_points": findings.trajectory.n_set_points,
         "level_used": model.level.name,
         "drives_used": model.drives,
@@ -240,11 +255,21 @@ def _headline(findings: Findings) -> dict[str, Any]:
         "exact_operations": model.operations_full.total,
         "model_sines_cosines": model.operations.sines_cosines,
         "exact_sines_cosines": model.operations_full.sines_cosines,
+        "gamma": model.accuracy.gamma,
         **facts,
+        "budget_kept": _budget_kept(findings),
         "warnings": "; ".join(findings.warnings),
         **{f"{k}_{i}": x for k, row in by_joint.items() for i, x in enumerate(row.tolist(), start=1)},
         **{element.label: verdicts[element.label] for element in elements(findings.arm.n_joints)},
     }
+
+
+def _budget_kept(findings: Findings) -> str:
+    """Where the model keeps its budget: "proven" near the motion, "at set points", or "no"."""
+    accuracy, bound = findings.model.accuracy, near_bound(findings)
+    if bound is not None and (bound <= accuracy.allowed).all():
+        return "proven"
+    return "at set points" if (accuracy.errors.largest <= accuracy.allowed).all() else "no"
 
 
 def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
@@ -279,49 +304,3 @@ def _recorded(folder: Path) -> dict[str, dict[str, Any]]:
 def _digest(row: Mapping[str, Any]) -> str:
     """SHA-256 of a row of the record."""
     return hashlib.sha256(json.dumps(row, sort_keys=True).encode()).hexdigest()
-
-
-def _table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    import pandas as pd
-
-    used_keys = [key for key in KEYS if any(key in row for row in rows)]
-    options = ({key: str(row[key]) if key in row else "" for key in used_keys} for row in rows)
-    lines = [
-        {"row": number, "state": entries["state"], "error": entries["error"], **option, **entries}
-        for number, (option, entries) in enumerate(zip(options, entries_of_rows, strict=True), start=1)
-    ]
-    order = dict.fromkeys(key for line in lines for key in line if key not in ("files", "warnings"))
-    return pd.DataFrame(lines, columns=[*order, "files", "warnings"]).convert_dtypes()
-
-
-def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
-    """Counts, the first rows, and the failed rows."""
-    failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
-    headings: tuple[tuple[str, str, Shown], ...] = (
-        ("row", "row", "count"),
-        ("state", "state", "text"),
-        ("arm", "arm", "name"),
-        ("trajectory", "trajectory", "name"),
-        ("model_operations", "operations", "count"),
-        ("exact_operations", "of", "count"),
-        ("model_sines_cosines", "sin, cos", "count"),
-        ("exact_sines_cosines", "of", "count"),
-        ("sampled_error", "sampled", "percent"),
-        ("proven_error", "proven", "bound_percent"),
-    )
-    cells = table.reindex(columns=[key for key, *_ in headings]).astype(object)
-    cells = cells.where(cells.notna(), None)
-    columns = tuple(Column(key, label, cells[key].tolist(), shown=style) for key, label, style in headings)
-    lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
-    failed_columns = (
-        Column("row", "row", failed.row.tolist(), shown="count"),
-        Column("error", "", failed.error.tolist()),
-        Column("", "error", lines, shown="text"),
-    )
-    failures = Table("failures", "Failed", failed_columns, top=most)
-    return Result(
-        title="Batch",
-        headline=f"{done_count} of {len(table)} rows done.",
-        facts=(Fact("rows", "", len(table)), Fact("done", "", done_count), Fact("failed", "", len(failed))),
-        parts=(Table("table", "Rows", columns, top=most), *([failures] if len(failed) else [])),
-    )

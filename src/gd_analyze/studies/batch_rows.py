@@ -16,6 +16,7 @@ from typing import Any, get_type_hints
 from gd_analyze.errors import Location, UsageError, require_type
 from gd_analyze.files import read_at_most
 from gd_analyze.motions.formats import files_in, shipped_trajectories
+from gd_analyze.robots.arm_numbers import EXAMPLES, ArmNumber
 from gd_analyze.robots.catalogue import builtin_arms
 from gd_analyze.robots.limits import parsed_yaml
 from gd_analyze.robots.text_file import parsed_toml, read_text
@@ -50,7 +51,8 @@ def rows_in(path: Path) -> list[BatchRow]:
     Raises
     ------
     UsageError
-        If there are no rows, a key is not one of `KEYS`, or a row lacks arm or trajectory.
+        If there are no rows, a key is neither one of `KEYS` nor a number of an arm, or a row lacks arm or
+        trajectory.
     ArmError
         If the file cannot be read.
     """
@@ -77,10 +79,11 @@ def checked_rows(rows: Sequence[BatchRow], where: str) -> list[BatchRow]:
         place = f"{where}, row {number}"
         require_type(row, Mapping, place, "a mapping of options")
         for key in row:
-            if key not in KEYS:
+            if key not in KEYS and ArmNumber.named(str(key)) is None:
                 near = difflib.get_close_matches(str(key), KEYS, n=1)
                 step, message = f"did you mean {near[0]!r}?" if near else None, f"there is no option {key!r}"
-                raise UsageError(message, where=place, expected=", ".join(KEYS), next_step=step)
+                expected = f"{', '.join(KEYS)}; or a number of the arm: {EXAMPLES}"
+                raise UsageError(message, where=place, expected=expected, next_step=step)
         for key in ("arm", "trajectory"):
             if key not in row:
                 raise UsageError(f"the row has no {key}", where=place, expected="arm and trajectory")
@@ -130,6 +133,11 @@ def picked_of(row: BatchRow) -> dict[str, Any]:
     options: dict[str, Any] = {key: str(row[key]) for key in PICKED if key in row}
     several = {key: options[key].split(",") for key in ("lock", "limits") if "=" in options.get(key, "")}
     return options | several
+
+
+def varied_in(row: BatchRow) -> dict[str, Any]:
+    """Numbers of the arm that the row replaces, by name."""
+    return {key: value for key, value in row.items() if key not in KEYS}
 
 
 def settings_of(row: BatchRow) -> dict[str, Any]:

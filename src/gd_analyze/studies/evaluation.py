@@ -20,10 +20,12 @@ from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.held import stated_region
 from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.log_verdict import LogVerdict, log_verdict
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
+from gd_analyze.motions.measured import has_torques
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.motions.trajectory import Trajectory
@@ -183,6 +185,13 @@ class Evaluation:
             np.max([getattr(table, name) for table in tables], axis=0) for name in ("peak_torque", "largest")
         )
         return ErrorTable(peak, largest, np.sqrt(squares))
+
+    @cached_property
+    def log_verdict(self) -> LogVerdict | None:
+        """Whether the logs agree with the arm's file; None if no torques were recorded."""
+        logs = [motion.trajectory for motion in self.motions if motion.trajectory is not None]
+        logs = [log for log in logs if has_torques(log)]
+        return log_verdict(self.motions[0].dynamics.arm, logs) if logs else None
 
     @property
     def failures(self) -> tuple[tuple[EvaluatedMotion, int], ...]:
@@ -403,7 +412,7 @@ def _evaluated(
         limit = _Limit(allowed, everywhere)
     if motion is not None:
         warn_of_torque_limits(arm, states, exact.torque)
-        if motion.recording is not None and motion.recording.torque is not None:
+        if has_torques(motion):
             torques = exact.torque, computed.torque
             measured = BesideMeasured(*(compared(arm, motion, torque) for torque in torques))
     return EvaluatedMotion(

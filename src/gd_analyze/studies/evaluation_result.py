@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,6 +24,9 @@ from gd_analyze.simplification.model_torque import losses, model_torque, payload
 from gd_analyze.studies.evaluation import BesideMeasured, EvaluatedMotion, Evaluation, is_passed
 from gd_analyze.text import counted, joint_name, visible
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # Smallest loss shown to people, as a share of peak torque.
 _LEAST_SHOWN_LOSS = 1e-4
 
@@ -41,6 +44,7 @@ def evaluation_result(
     motion without one the largest losses are listed, if dropped parts cause the error.
     """
     model, box, arm = evaluation.model, evaluation.box, evaluation.motions[0].dynamics.arm
+    verdict = evaluation.log_verdict
     accuracy = model.accuracy
     fitted_on = in_words(accuracy.fitted_on) if accuracy.fitted_on else "states not named"
     limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
@@ -75,6 +79,7 @@ def evaluation_result(
                 f"{len(evaluation.failures)} of {judged}",
             ),
             Fact("", "Worst", f"joint {name}, {worst.name}: {worst.error_text(joint)}"),
+            *(() if verdict is None else (Fact("agreement", "Log and file", verdict.text, shown="text"),)),
             Fact("box", "", {"where": box.where, **limits}),
             Fact("motions", "", [section.document() for section in sections]),
         ),
@@ -132,8 +137,7 @@ class _Motion:
         described = motion.dynamics.states.described
 
         def beside(comparison: TorqueComparison) -> list[dict[str, Any]]:
-            assert trajectory is not None  # measured torques are of a motion
-            table = measured_torque_table(comparison, trajectory, fit_friction=self.fit_friction)
+            table = self.measured_table(comparison, fit_friction=self.fit_friction)
             return [dict(row) for row in rows_of(table, "joint")]
 
         measured = motion.measured
@@ -180,6 +184,13 @@ class _Motion:
             parts += self.measured(motion.measured)
         title = motion.name if motion.trajectory is None else f"{motion.name}, {counted(count, 'set point')}"
         return Section("", title, tuple(parts))
+
+    def measured_table(self, comparison: TorqueComparison, *, fit_friction: bool = False) -> xr.Dataset:
+        """A comparison with the torques measured along the motion, as a table."""
+        trajectory, verdict = self.motion.trajectory, self.evaluation.log_verdict
+        assert trajectory is not None  # measured torques are of a motion
+        assert verdict is not None
+        return measured_torque_table(comparison, trajectory, verdict, fit_friction=fit_friction)
 
     def joints(self) -> Table:
         """Errors by joint, beside what is allowed."""
@@ -265,8 +276,7 @@ class _Motion:
 
     def measured(self, measured: BesideMeasured) -> list[Part]:
         """Exact and simplified torque side by side, each compared with the measured torque."""
-        (exact, simplified), trajectory = measured, self.motion.trajectory
-        assert trajectory is not None  # measured torques are of a motion
+        exact, simplified = measured
         units = [joint.effort_unit for joint in exact.arm.joints]
         columns = [*joint_columns(exact.arm.joints), Column("", "measured peak", exact.peak_measured, units)]
         for heading, comparison in (("exact", exact), ("simplified", simplified)):
@@ -279,10 +289,10 @@ class _Motion:
         note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
         tables = [
             Table("", "Measured torque", tuple(columns), note),
-            measured_table(measured_torque_table(exact, trajectory), exact.arm),
+            measured_table(self.measured_table(exact), exact.arm),
         ]
         if self.fit_friction:
-            table = measured_torque_table(exact, trajectory, fit_friction=True)
+            table = self.measured_table(exact, fit_friction=True)
             tables += friction_tables(table, exact.arm, " from the exact torque")
         return [replace(table, key="") for table in tables]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 from gd_analyze.errors import StorageError, UsageError
 
@@ -20,7 +20,6 @@ def each(
     tasks: Iterable[tuple[Any, ...]],
     jobs: int = 1,
     scheduler: str | None = None,
-    at_once: int | Literal["auto"] = "auto",
 ) -> Iterator[tuple[int, _T]]:
     """Yield number and result of every task, in the order of completion.
 
@@ -35,8 +34,6 @@ def each(
         Number of processes on this machine.
     scheduler
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of these.
-    at_once
-        Number of tasks sent together.
 
     Raises
     ------
@@ -58,7 +55,7 @@ def each(
             engine, jobs = {"backend": "dask", "client": stack.enter_context(_client(scheduler))}, -1
         stack.enter_context(parallel_config(**engine))
         parallel = Parallel(
-            n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=at_once
+            n_jobs=jobs, return_as="generator_unordered", pre_dispatch="2*n_jobs", batch_size=1
         )
         try:
             yield from parallel(delayed(_numbered)(work, *task) for task in numbered)

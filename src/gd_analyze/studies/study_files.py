@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
 from gd_analyze.motions.trajectory import Trajectory
@@ -17,15 +16,11 @@ from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, prepare_pdf
 from gd_analyze.result import Result
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.hdf5 import write_table
 from gd_analyze.results.rows import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
     "html": lambda result: page_of(result).encode(),
@@ -35,24 +30,21 @@ _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
 
 
 class StudyFolder:
-    """Files NAME.html, NAME.pdf, NAME.json and NAME.h5 in a folder, of one run: see `require_one_run`."""
+    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`."""
 
     def __init__(
         self, folder: Path, name: str, formats: Collection[str], inputs: Sequence[str], *, overwrite: bool
     ) -> None:
-        files = {format_: f"{name}.{format_}" for format_ in (*_WRITERS, "h5")}
+        files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
         self._stale = require_one_run(folder, files, formats, mark_of(inputs), overwrite=overwrite)
         self.paths = {format_: folder / files[format_] for format_ in formats}
 
-    def write(self, result: Result, dataset: xr.Dataset | None = None) -> None:
-        """Write all files once the last is made, the dataset as HDF5, and remove those of another run."""
-        contents = {format_: _WRITERS[format_](result) for format_ in self.paths if format_ in _WRITERS}
+    def write(self, result: Result) -> None:
+        """Write all files once the last is made, and remove those of another run."""
+        contents = [_WRITERS[format_](result) for format_ in self.paths]
         with replacing_together([*self.paths.values()]) as temporaries:
-            for format_, temporary in zip(self.paths, temporaries, strict=True):
-                if format_ in contents:
-                    temporary.write_bytes(contents[format_])
-                elif dataset is not None:
-                    write_table(temporary, dataset.assign_attrs(result.provenance))
+            for temporary, content in zip(temporaries, contents, strict=True):
+                temporary.write_bytes(content)
         for path in self._stale:
             path.unlink(missing_ok=True)
 

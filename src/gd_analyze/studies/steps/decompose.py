@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gd_analyze.diagnosis.diagnose import diagnosed
+from gd_analyze.diagnosis.log_verdict import DISPUTED, log_verdict
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
-from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning, UsageError
-from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
+from gd_analyze.motions.measured import has_torques
 from gd_analyze.results.diagnosis_result import diagnosis_table
-from gd_analyze.results.motion_result import is_described, torque_warning
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
@@ -49,7 +48,7 @@ class RunDynamics:
     residuals: tuple[Residual, ...]  # differences from Pinocchio
     measured_torque: xr.Dataset | None
     arm: RobotArm  # with the friction that was fitted, if it was asked for
-    diagnosis: xr.Dataset | None  # where measured torques contradict the arm
+    diagnosis: xr.Dataset | None  # of measured torques; None if nothing can be compared
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
 
@@ -65,13 +64,18 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
     exact = ExactDynamics.of(arm, dataset)
     warn_of_torques(exact)
     measured_torque = diagnosis = None
-    if motion.recording is not None and motion.recording.torque is not None:
+    if has_torques(motion):
         comparison = compared(arm, motion, np.asarray(dataset.torque.values))
-        measured_torque = measured_torque_table(comparison, motion, fit_friction=inputs.settings.fit_friction)
-        if not is_described(measured_torque):
-            diagnosis, answer = _diagnosis(arm, motion)
-            text = torque_warning(measured_torque, arm, diagnosis, answer)
-            warnings.warn(text, LeadingWarning, stacklevel=2)
+        verdict = log_verdict(arm, [motion])
+        measured_torque = measured_torque_table(
+            comparison, motion, verdict, fit_friction=inputs.settings.fit_friction
+        )
+        if verdict.diagnosis is not None:
+            diagnosis = diagnosis_table(verdict.diagnosis)
+        if verdict.word in DISPUTED:
+            warnings.warn(
+                f"log {motion.name}: {verdict.text.removesuffix('.')}", LeadingWarning, stacklevel=2
+            )
         if inputs.settings.fit_friction:
             terms = comparison.friction.terms
             if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
@@ -80,15 +84,6 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
                 warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
             arm = with_friction(arm, terms)
     return RunDynamics(points, exact, residuals, measured_torque, arm, diagnosis, too_many_terms(exact.form))
-
-
-def _diagnosis(arm: RobotArm, motion: Trajectory) -> tuple[xr.Dataset | None, str]:
-    """Why log and arm contradict each other, and the answer; no table if nothing can be compared."""
-    try:
-        tabulated = diagnosis_table(diagnosed(arm, [motion]))
-    except UsageError as error:
-        return None, f"No diagnosis: {error.what}."
-    return tabulated, str(tabulated.attrs["answer"])
 
 
 def rank_step(inputs: RunInputs, dynamics: RunDynamics, budget: Budget) -> xr.Dataset:

@@ -11,10 +11,10 @@ import numpy as np
 
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.dynamics.measured_torque import require_torques
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.measured import require_torques
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.findings import provenance_of_run

@@ -1,0 +1,116 @@
+"""The table of a batch: a line per row, and what people see of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from gd_analyze.dynamics.dominance import elements
+from gd_analyze.errors import UsageError
+from gd_analyze.figures.batch import effort_units
+from gd_analyze.result import Column, Fact, Result, Shown, Table
+from gd_analyze.robots.arm_numbers import ArmNumber
+from gd_analyze.studies.batch_rows import KEYS, BatchRow, varied_in
+from gd_analyze.text import short_name
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def batch_table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Rows in their order: state and error, options, varied numbers in their columns' units, and results."""
+    import pandas as pd
+
+    used_keys = [key for key in KEYS if any(key in row for row in rows)]
+    varied_names = list(dict.fromkeys(key for row in rows for key in varied_in(row)))
+    lines, first_entries = [], dict[tuple[str, str], Mapping[str, Any]]()
+    for number, (row, entries) in enumerate(zip(rows, entries_of_rows, strict=True), start=1):
+        line = {"row": number, "state": entries["state"], "error": entries["error"]}
+        line |= {key: str(row[key]) if key in row else "" for key in used_keys}
+        line |= {name: _value_of(row, name) for name in varied_names}
+        line |= entries
+        if varied_names and entries["state"] == "done":
+            first = first_entries.setdefault((str(row["arm"]), str(row["trajectory"])), entries)
+            line["changed_verdicts"] = _changed_verdicts(first, entries)
+        lines.append(line)
+    order = dict.fromkeys(key for line in lines for key in line if key not in ("files", "warnings"))
+    return pd.DataFrame(lines, columns=[*order, "files", "warnings"]).convert_dtypes()
+
+
+def _value_of(row: BatchRow, name: str) -> float | None:
+    """A varied number in the unit of its column; None where the row has none that can be read."""
+    number = ArmNumber.named(name)
+    try:
+        return None if number is None or name not in row else number.read(row[name])
+    except UsageError:
+        return None
+
+
+def _changed_verdicts(first: Mapping[str, Any], entries: Mapping[str, Any]) -> str:
+    """Verdicts of a row that differ from those of another: "D22 translation, h3 both"."""
+    labels = [element.label for element in elements(entries["joints"])]
+    return ", ".join(f"{label} {entries[label]}" for label in labels if entries[label] != first.get(label))
+
+
+def varied_column(rows: Sequence[BatchRow]) -> str:
+    """Column over which a figure shows the rows: the only one that varies if it is a number, else "row"."""
+    names = dict.fromkeys(key for row in rows for key in row)
+    differing = [name for name in names if len({str(row.get(name)) for row in rows}) > 1]
+    return differing[0] if len(differing) == 1 and ArmNumber.named(differing[0]) else "row"
+
+
+def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
+    """Counts, the first rows, and the failed rows."""
+    failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
+    headings: tuple[tuple[str, str, Shown], ...] = (
+        ("row", "row", "count"),
+        ("state", "state", "text"),
+        ("arm", "arm", "name"),
+        ("trajectory", "trajectory", "name"),
+        ("model_operations", "operations", "count"),
+        ("exact_operations", "of", "count"),
+        ("model_sines_cosines", "sin, cos", "count"),
+        ("exact_sines_cosines", "of", "count"),
+        ("sampled_error", "sampled", "percent"),
+        ("proven_error", "proven", "bound_percent"),
+    )
+    cells = table.reindex(columns=[key for key, *_ in headings]).astype(object)
+    cells = cells.where(cells.notna(), None)
+    columns = tuple(Column(key, label, cells[key].tolist(), shown=style) for key, label, style in headings)
+    lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
+    numbers = [number for number in map(ArmNumber.named, table.columns) if number is not None]
+    failed_columns = (
+        Column("row", "row", failed.row.tolist(), shown="count"),
+        Column("error", "", failed.error.tolist()),
+        Column("", "error", lines, shown="text"),
+    )
+    failures = Table("failures", "Failed", failed_columns, top=most)
+    return Result(
+        title="Batch",
+        headline=f"{done_count} of {len(table)} rows done.",
+        facts=(Fact("rows", "", len(table)), Fact("done", "", done_count), Fact("failed", "", len(failed))),
+        parts=(
+            Table("table", "Rows", columns, top=most),
+            *([_varied_table(table, numbers, most)] if numbers else []),
+            *([failures] if len(failed) else []),
+        ),
+    )
+
+
+def _varied_table(table: pd.DataFrame, numbers: Sequence[ArmNumber], most: int) -> Table:
+    """Peak torques and changed verdicts by the varied numbers."""
+    torques = effort_units(table[table.state == "done"]).items()
+    changed = table["changed_verdicts"].fillna("") if "changed_verdicts" in table else [""] * len(table)
+    columns = (
+        Column("row", "row", table.row.tolist(), shown="count"),
+        *(
+            Column(number.name, number.name, table[number.name].astype(float).tolist(), number.unit)
+            for number in numbers
+        ),
+        *(
+            Column(name, name.replace("_torque_", " "), table[name].astype(float).tolist(), unit)
+            for name, unit in torques
+        ),
+        Column("changed_verdicts", "changed verdicts", list(changed), shown="text"),
+    )
+    return Table("varied", "Numbers varied, and peak torques", columns, top=most)
