@@ -102,8 +102,8 @@ def simplify(
     ------
     UsageError
         If the budget is not understood, does not fit the number of joints, or is a share of a number that the
-        arm does not state; if a margin or a proof is asked for where the
-        budget holds at given states only; or if not even the exact model can be certified.
+        arm does not state; if arguments do not go together, see `require_consistent`; or if not even the
+        exact model can be certified.
     TrajectoryError
         If no motion leads from one set point to the next; `at_set_points` does without one.
     ArmError
