@@ -69,7 +69,7 @@ def test_states_of_all_motions_between_set_points_are_in_it(case, seed, most):
 def test_a_motion_in_groups_of_intervals_is_in_it(two_link, gaps, monkeypatch):
     fine = replace(sine(2001), gaps=gaps)
     each = gd.types.Tube.along(two_link, fine, most=60)
-    monkeypatch.setattr(module, "_PIECES", replace(module._PIECES, most_groups=300))
+    monkeypatch.setattr(module, "_MOST_GROUPS", 300)
     grouped = gd.types.Tube.along(two_link, fine, most=60)
     assert len(grouped) <= 60
     assert holds_all(grouped, fine, 1e-12)

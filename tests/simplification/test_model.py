@@ -13,7 +13,7 @@ from few_tries import few_tries
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import ModelError
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.element import parts_of
+from gd_analyze.simplification.element import model_by_verdicts, parts_of
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.model_torque import model_torque
 from gd_analyze.simplification.search import SearchOptions
@@ -27,7 +27,7 @@ from strategies import arms_with_states, examples, random_states
 @pytest.fixture(scope="module", params=LEVELS)
 def model(request, two_link, swing) -> SimplifiedModel:
     exact, how = ExactDynamics.of(two_link, swing), SearchOptions(LEVELS[request.param])
-    return simplify_exact(exact, None, how) if request.param == "element" else searched(exact, "90%", how)
+    return model_by_verdicts(exact) if request.param == "element" else searched(exact, "90%", how)
 
 
 @examples(12)
@@ -143,7 +143,8 @@ BUDGETS = [(level, budget) for level in LEVELS for budget in ("1%", "20%", "60%"
 def test_a_simplified_model_adds_up_as_well(case, level, budget):
     arm, states = case
     how = SearchOptions(LEVELS[level], thorough=False)
-    model = simplify_exact(ExactDynamics.of(arm, states), budget, how)
+    exact = ExactDynamics.of(arm, states)
+    model = model_by_verdicts(exact) if level == "element" else simplify_exact(exact, budget, how)
     assert_adds_up(model, states)
     assert_adds_up(model, random_states(arm.n_joints, 10, 7))
 

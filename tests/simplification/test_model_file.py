@@ -22,7 +22,7 @@ from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
 from gd_analyze.operations.program import plain_program
 from gd_analyze.simplification import model_file
-from gd_analyze.simplification.element import ELEMENT
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.model_file import measured_at
@@ -129,7 +129,10 @@ def test_every_model_that_is_written_is_read(name, where, tmp_path):
     cases = [(level, budget) for level in (TERM, ENERGY) for budget in BUDGETS] + [(ELEMENT, None)]
     saving = set()
     for number, (level, budget) in enumerate(cases):
-        model = simplify_exact(exact, budget, replace(QUICK, level=level))
+        if level is ELEMENT:
+            model = model_by_verdicts(exact)
+        else:
+            model = simplify_exact(exact, budget, replace(QUICK, level=level))
         saving.add(model.saves)
         path = tmp_path / f"{number}.json"
         save_model(model, path)

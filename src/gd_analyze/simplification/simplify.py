@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
-from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget
+from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
 from gd_analyze.simplification.search import SearchOptions, TermProgress, selected_terms
@@ -133,10 +133,7 @@ def simplify_exact(
     `everywhere` looks at further states; `progress` is called with the number of terms dropped since the last
     call; `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
     """
-    if options.level is ELEMENT:
-        if budget is not None:
-            require_no_budget(options.level, f"budget {budget}")
-        return with_gamma(exact, model_by_verdicts(exact)).stating(provenance=provenance)
+    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
