@@ -30,7 +30,7 @@ import pinocchio as pin
 
 import gd_analyze as gd
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
-from gd_analyze.motions.planning import Schedule, plan_motion
+from gd_analyze.motions.planning import plan_motion
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.exact import has_more_terms
 from psdm_measure import made_with
@@ -136,7 +136,7 @@ def motion_of(arm: gd.types.RobotArm) -> gd.Trajectory:
     start, goal = middle - 0.7 * half * signs, middle + 0.7 * half * signs
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gd.GdAnalyzeWarning)
-        quick = plan_motion(arm, start, goal, schedule=Schedule(2.0, "quintic"), allow_violations=True)
+        quick = plan_motion(arm, start, goal, 2.0, profile="quintic", allow_violations=True)
     stretch = max(1.0, 1.01 * (quick.limits.least_stretch or 1.0))
     return gd.plan(arm, start, goal, 2.0 * stretch, profile="quintic")
 

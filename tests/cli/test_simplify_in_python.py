@@ -75,11 +75,13 @@ def test_a_region_may_be_any_box(two_link, swing):
     "arguments",
     [
         {"region": 3},
-        {"at_set_points": True, "certified": True},
+        {"certified": True, "at_set_points": True},
         {"margin": "1deg", "at_set_points": True},
         {"verdicts": "text"},
-        {"level": "element", "verdicts": "mine"},
+        {"verdicts": "mine", "level": "element"},
         {"level": "element", "budget": "1%"},
+        {"level": "element", "certified": True},
+        {"level": "element", "at_set_points": True},
         {"budget": "tracking 1deg"},
         {"margin": "1deg", "trajectory": None},
         {"level": "exact"},
@@ -88,5 +90,6 @@ def test_a_region_may_be_any_box(two_link, swing):
 )
 def test_what_does_not_go_together_is_refused(arguments):
     given = {"trajectory": "two-link-swing"} | arguments
-    with pytest.raises(UsageError):
+    with pytest.raises(UsageError) as caught:
         gd.simplify("two_link", given.pop("trajectory"), **given)
+    assert next(iter(arguments)) in caught.value.details["where"]

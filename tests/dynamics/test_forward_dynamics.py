@@ -109,8 +109,9 @@ def test_bad_input(puma, two_link):
         joint_accelerations(puma, q, q, q, "newton_euler")
     assert "did you mean" in caught.value.details["next"]
     with pytest.raises(UsageError) as caught:
-        joint_accelerations(puma, q, q, np.zeros((2, 6)))
-    assert (caught.value.details["where"], caught.value.details["found"]) == ("torque", "(2, 6)")
+        joint_accelerations(puma, q, q, np.zeros((2, 5)))
+    assert (caught.value.details["where"], caught.value.details["found"]) == ("torque", "(2, 5)")
+    assert joint_accelerations(puma, q, q, np.zeros((2, 6))).shape == (2, 6)
     for asked in (Drivetrain(inertia=True), Drivetrain(friction=True)):
         with pytest.raises(ArmError, match="describes no drives"):
             joint_accelerations(two_link, np.zeros(2), np.zeros(2), np.zeros(2), drivetrain=asked)

@@ -106,8 +106,7 @@ def test_the_budget_holds_where_the_first_search_did_not_look(
 ):
     """Of two set points and nothing else the first model breaks its budget elsewhere."""
     searches = []
-    few = dataclasses.replace(set_points.SET_POINT_SETTINGS, evenly_searched=2)
-    monkeypatch.setattr(set_points, "SET_POINT_SETTINGS", few)
+    monkeypatch.setattr(set_points, "EVENLY_SEARCHED", 2)
     of = LongMotion.of
 
     def blind(*given):

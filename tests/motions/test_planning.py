@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import limit_report
-from gd_analyze.motions.planning import Schedule, plan_motion
+from gd_analyze.motions.planning import plan_motion
 from gd_analyze.motions.profiles import PROFILES
 from log_arms import arm_of
 from strategies import examples
@@ -139,7 +139,9 @@ def test_set_points(knots, profile, duration, stretch):
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_vias_are_passed_at_the_times_asked_for(two_link, profile):
     via, times = np.array([[0.3, -0.2], [0.1, 0.5]]), [1.5, 4.0]
-    planned = plan_motion(two_link, [0, 0], [1, 1], via, schedule=Schedule(6.0, profile, 13, times))
+    planned = plan_motion(
+        two_link, [0, 0], [1, 1], 6.0, via=via, profile=profile, n_set_points=13, via_times=times
+    )
     np.testing.assert_array_equal(planned.knot_times, [0, 1.5, 4.0, 6.0])
     at = np.searchsorted(planned.trajectory.time, times)
     assert np.abs(planned.trajectory.q[at] - via).max() <= TOLERANCE
@@ -147,7 +149,7 @@ def test_vias_are_passed_at_the_times_asked_for(two_link, profile):
 
 def test_default_via_times_follow_the_slowest_joint(two_link):
     # Velocity limits 3 and 4 rad/s: the stretches ask for 0.3 / 3 and 1.6 / 4 s, shares 1 : 2.
-    planned = plan_motion(two_link, [0, 0], [0.3, 1.6], [[0.3, 0.1]], schedule=Schedule(6.0, "cubic"))
+    planned = plan_motion(two_link, [0, 0], [0.3, 1.6], 6.0, via=[[0.3, 0.1]], profile="cubic")
     middle = 6.0 / (1 + np.sqrt(1.5 / 4 / 0.1))
     np.testing.assert_allclose(planned.knot_times, [0.0, middle, 6.0], rtol=4 * EPS)
 
@@ -163,7 +165,7 @@ def test_accelerations_at_a_jump_are_those_just_after_it(two_link):
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_shortest_duration_is_shortest(two_link, profile):
     ends = ([-1.0, -0.5], [1.0, 2.0])
-    shortest = plan_motion(two_link, *ends, schedule=Schedule(20.0, profile)).shortest_duration
+    shortest = plan_motion(two_link, *ends, 20.0, profile=profile).shortest_duration
     # Limits are judged with 1e-9 of slack, so 1e-8 either way decides.
     gd.plan(two_link, *ends, shortest * (1 + 1e-8), profile=profile)
     with pytest.raises(TrajectoryError, match="too fast"):
@@ -171,7 +173,7 @@ def test_shortest_duration_is_shortest(two_link, profile):
 
 
 def test_limits_are_those_of_the_motion_not_of_its_set_points(two_link):
-    planned = plan_motion(two_link, [0, 0], [1, 1], schedule=Schedule(2.0, "quintic", n_set_points=4))
+    planned = plan_motion(two_link, [0, 0], [1, 1], 2.0, profile="quintic", n_set_points=4)
     # The velocity of the quintic peaks half-way, 15/8 of the mean; four set points miss it.
     assert planned.limits.rows[0].velocity == pytest.approx(15 / 16, rel=1e-12)
     assert limit_report(two_link, planned.trajectory).rows[0].velocity < 0.9
@@ -187,9 +189,7 @@ def test_too_fast_names_joint_amount_and_duration(two_link):
         assert fact in text
     assert "joint 2" not in text
     with pytest.warns(GdAnalyzeWarning, match=r"joint 1 \(shoulder\).*0.76 s"):
-        planned = plan_motion(
-            two_link, [0, 0], [1, 0.1], schedule=Schedule(0.5, "quintic"), allow_violations=True
-        )
+        planned = plan_motion(two_link, [0, 0], [1, 0.1], 0.5, profile="quintic", allow_violations=True)
     assert {v.quantity for v in planned.limits.violations} == {"velocity", "acceleration"}
 
 
@@ -203,7 +203,7 @@ def test_overshoot_past_a_position_limit_is_an_error(two_link):
 @pytest.mark.parametrize("profile", sorted(PROFILES))
 def test_a_joint_may_move_by_next_to_nothing(profile):
     for least in (1e-320, 1e-300, 1e-17):
-        planned = plan_motion(FREE, [0, 0], [1, least], schedule=Schedule(1.0, profile))
+        planned = plan_motion(FREE, [0, 0], [1, least], 1.0, profile=profile)
         assert planned.limits.rows[1].highest <= 2 * least
 
 

@@ -239,7 +239,7 @@ def test_too_many_combinations_are_refused_before_they_are_made(tmp_path, monkey
         assert tracemalloc.get_traced_memory()[1] < 10e6
     finally:
         tracemalloc.stop()
-    monkeypatch.setattr(batch_rows, "BATCH_SETTINGS", replace(batch_rows.BATCH_SETTINGS, most_rows=2))
+    monkeypatch.setattr(batch_rows, "MOST_ROWS", 2)
     (tmp_path / "a.csv").write_text("arm,trajectory\n" + "two_link,x.csv\n" * 3)
     with pytest.raises(UsageError, match="too many rows"):
         batch_rows.rows_in(tmp_path / "a.csv")
@@ -347,8 +347,7 @@ def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, 
 
     travels = task()
     # The log is smaller, the arm is not.
-    small = replace(batch_rows.BATCH_SETTINGS, most_travelling_bytes=300)
-    monkeypatch.setattr(batch_rows, "BATCH_SETTINGS", small)
+    monkeypatch.setattr(batch_rows, "MOST_TRAVELLING_BYTES", 300)
     by_path = task()
     assert by_path.arm.content is None
     assert by_path.trajectory.content == log.read_bytes()

@@ -50,9 +50,6 @@ _picking_options = together(
 )
 
 
-PICKED = ("tip", "base", "lock", "limits", "gravity", "drive_inertia")
-
-
 @dataclass(frozen=True)
 class GivenRobot:
     """An arm as given on the command line: its name or file, and what options select from it or add to it."""
@@ -98,10 +95,12 @@ class GivenRobot:
 
 
 def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    names = [entry.name for entry in dataclasses.fields(GivenRobot)][1:]
+
     def decorate(function: Callable[..., None]) -> Callable[..., None]:
         @functools.wraps(function)
         def verb(robot: str | None, **words: Any) -> None:
-            picked = {name: words.pop(name) for name in PICKED}
+            picked = {name: words.pop(name) for name in names}
             function(robot=None if robot is None else GivenRobot(robot, **picked), **words)
 
         words = "Built-in arm (see `gd-analyze arms`), or path of an arm's URDF, MJCF or TOML file."

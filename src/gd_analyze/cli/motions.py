@@ -153,7 +153,7 @@ def plan(
     with output.working() as stage:
         stage("planning")
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-        from gd_analyze.motions.planning import Schedule, plan_motion, plan_result
+        from gd_analyze.motions.planning import plan_motion, plan_result
         from gd_analyze.motions.states import states_of
         from gd_analyze.motions.trajectory import trajectory_csv
 
@@ -173,8 +173,10 @@ def plan(
                     arm,
                     _joint_values(arm, start, "--from"),
                     _joint_values(arm, goal, "--to"),
-                    [_joint_values(arm, point, "--via") for point in via],
-                    schedule=Schedule(duration, profile, points),
+                    duration,
+                    via=[_joint_values(arm, point, "--via") for point in via],
+                    profile=profile,
+                    n_set_points=points,
                     allow_violations=allow_violations,
                     name=name,
                 )

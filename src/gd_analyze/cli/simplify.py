@@ -80,17 +80,8 @@ def simplify(
       gd-analyze simplify puma560 --budget "1% or 10% friction"
       gd-analyze simplify puma560 --certified -o model.json
     """
-    if certified and at_set_points:
-        raise click.UsageError("--certified cannot be combined with --at-set-points")
-    if margin is not None and (at_set_points or not inputs.trajectories):
-        raise click.UsageError("--margin needs a trajectory and cannot be combined with --at-set-points")
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
-    searched = certified or at_set_points or margin is not None
-    if level == "element" and (searched or not is_default("budget")):
-        raise click.UsageError("--level element keeps no budget: omit the options of a search")
-    if level != "element" and not is_default("verdicts"):
-        raise click.UsageError("--verdicts needs --level element")
     require_outputs(out)
     with output.working() as stage:
         from gd_analyze.results.findings import provenance
@@ -98,16 +89,26 @@ def simplify(
         from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
         from gd_analyze.simplification.search import SearchOptions
-        from gd_analyze.studies.simplifying import search_model
+        from gd_analyze.studies.simplifying import require_consistent, search_model
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
+        asked_budget = None if is_default("budget") else budget
+        require_consistent(
+            search_options.level,
+            asked_budget,
+            has_motion=bool(inputs.trajectories),
+            margin=margin,
+            at_set_points=at_set_points,
+            certified=certified,
+            verdicts=verdicts,
+        )
         start = time.perf_counter()
         exact, motion = inputs.exact()
         held_model = search_model(
             exact,
             motion,
-            None if level == "element" else budget,
+            asked_budget,
             search_options,
             margin=margin,
             at_states=at_set_points,

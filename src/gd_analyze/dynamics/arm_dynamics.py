@@ -220,7 +220,7 @@ class ArmDynamics:
         return joint_accelerations(self.arm, q, qd, torque, drivetrain=drivetrain)
 
     def _states(self, **quantities: ArrayLike) -> list[FloatArray]:
-        return broadcast_states(self.arm.n_joints, f"arm {self.arm.name}", UsageError, **quantities)
+        return broadcast_states(self.arm, **quantities)
 
     def _moments(self, q: Array) -> composite.CompositeMoments:
         return composite.composite_moments(self.arm, solve_kinematics(self.arm, q))

@@ -133,7 +133,7 @@ def _motion_of(
         return trajectory_of(trajectory, arm)
     still, quantities = np.zeros(arm.n_joints), {"q": q, "qd": qd, "qdd": qdd}
     complete = {name: still if values is None else values for name, values in quantities.items()}
-    arrays = broadcast_states(arm.n_joints, f"arm {arm.name}", UsageError, **complete)
+    arrays = broadcast_states(arm, **complete)
     if arrays[0].ndim > 2 or not arrays[0].size:
         expected, shape = f"shape (N, {arm.n_joints}) or ({arm.n_joints},)", str(arrays[0].shape)
         raise UsageError("q does not number its states", where="q", expected=expected, found=shape)

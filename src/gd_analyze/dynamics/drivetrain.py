@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.arguments import require_flags_of
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
-from gd_analyze.motions.states import checked_states
+from gd_analyze.motions.states import broadcast_states
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Drive
 
@@ -44,8 +44,8 @@ class Drivetrain:
         """Resisting torque at velocities qd, shape (..., n); it never drives."""
         viscous = np.zeros(arm.n_joints)
         if self.damping is not None:
-            leading, (viscous,) = checked_states(arm, damping=self.damping)
-            if leading or (viscous < 0).any():
+            (viscous,) = broadcast_states(arm, damping=self.damping)
+            if viscous.ndim > 1 or (viscous < 0).any():
                 message = "damping must oppose motion, one coefficient per joint"
                 expected, coefficients = f"{arm.n_joints} numbers of 0 or more", str(viscous.tolist())
                 raise UsageError(message, where="damping", expected=expected, found=coefficients)

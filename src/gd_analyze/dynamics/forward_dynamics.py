@@ -16,7 +16,7 @@ from gd_analyze.dynamics.mass_matrix import not_positive_definite
 from gd_analyze.dynamics.methods import Method, known_method
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.errors import require_type
-from gd_analyze.motions.states import checked_states
+from gd_analyze.motions.states import broadcast_states
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 
@@ -38,7 +38,8 @@ def joint_accelerations(
     arm
         The arm, its name, or the path of its file.
     q, qd, torque
-        Joint variables, velocities and the actuators' torques, N m (N), shape (..., n).
+        Joint variables, velocities and the actuators' torques, N m (N), shape (..., n);
+        leading axes are broadcast.
     method
         Formulation that gives D, h and c.
     drivetrain
@@ -57,7 +58,7 @@ def joint_accelerations(
     """
     arm = arm_of(arm)
     require_type(drivetrain, Drivetrain, "drivetrain", "a Drivetrain")
-    _, arrays = checked_states(arm, q=q, qd=qd, torque=torque)
+    arrays = broadcast_states(arm, q=q, qd=qd, torque=torque)
     rows = [array.reshape(-1, arm.n_joints) for array in arrays]
     resistance, added = drivetrain.resistance_of(arm), drivetrain.inertia_of(arm)
     out, formulation = np.empty(rows[0].shape), known_method(method)

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, cross, dot, set_points_last, turn_about
-from gd_analyze.motions.states import checked_states
+from gd_analyze.motions.states import broadcast_states
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -128,7 +128,7 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
     `drives` adds sum_i J_i qd_i^2 / 2; each drive turns with its own joint only, as the rotor's motion with
     the link that carries it belongs to that link.
     """
-    leading, (q, qd) = checked_states(arm, q=q, qd=qd)
+    q, qd = broadcast_states(arm, q=q, qd=qd)
     states, velocities = set_points_last(q), set_points_last(qd)
     kinematics = solve_kinematics(arm, states)
     count = states.shape[-1]
@@ -149,11 +149,11 @@ def kinetic_energy(arm: RobotArm, q: FloatArray, qd: FloatArray, *, drives: bool
         out += 0.5 * np.einsum("an,ab,bn->n", in_link, arm.inertia_com[s], in_link)
     if drives:
         out += 0.5 * np.einsum("i,in->n", arm.drive_inertia, velocities**2)
-    return out.reshape(leading)
+    return out.reshape(q.shape[:-1])
 
 
 def potential_energy(arm: RobotArm, q: FloatArray) -> FloatArray:
     """Potential energy in gravity, J, (...): - sum_s m_s g . r_s, zero for a mass at the base's origin."""
-    leading, (q,) = checked_states(arm, q=q)
+    (q,) = broadcast_states(arm, q=q)
     com = solve_kinematics(arm, set_points_last(q)).com_positions
-    return -np.einsum("s,a,san->n", arm.mass, arm.gravity, com).reshape(leading)
+    return -np.einsum("s,a,san->n", arm.mass, arm.gravity, com).reshape(q.shape[:-1])

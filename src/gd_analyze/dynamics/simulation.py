@@ -16,7 +16,7 @@ from gd_analyze.dynamics.forward_dynamics import DEFAULT_METHOD, solve_accelerat
 from gd_analyze.dynamics.kinematics import kinetic_energy, potential_energy
 from gd_analyze.dynamics.methods import known_method
 from gd_analyze.errors import GdAnalyzeError, UsageError, require_type
-from gd_analyze.motions.states import checked_states
+from gd_analyze.motions.states import broadcast_states
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -143,9 +143,9 @@ def simulate(
     from scipy.integrate import solve_ivp
 
     arm = arm_of(arm)
-    leading, (start, velocity) = checked_states(arm, q0=q0, qd0=qd0)
+    start, velocity = broadcast_states(arm, q0=q0, qd0=qd0)
     n = arm.n_joints
-    _require(not leading, "q0", f"one state, shape ({n},)", (*leading, n))
+    _require(start.ndim == 1, "q0", f"one state, shape ({n},)", start.shape)
     require_type(duration, (int, float, np.number), "duration", "a positive number of seconds")
     require_type(drivetrain, Drivetrain, "drivetrain", "a Drivetrain")
     require_type(integration, Integration, "integration", "an Integration")

@@ -21,7 +21,7 @@ from gd_analyze.errors import UsageError, require_whole
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import INSTANTS_PER_PERIOD, FourierSeries
 from gd_analyze.motions.limits import limit_report
-from gd_analyze.motions.planning import Plan, Schedule
+from gd_analyze.motions.planning import Plan, possible_duration, require_set_points
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
@@ -149,11 +149,11 @@ def exciting_motion(
     """
     require_whole(seed, "seed", 0)
     arm = arm_of(arm)
-    duration = float(Schedule(duration).duration)
+    duration = possible_duration(duration)
     count = n_set_points
     if count is None:
         count = max(2, round(_SETTINGS.set_points_per_second * duration) + 1)
-    Schedule(duration, n_set_points=count)  # refuses impossible values
+    require_set_points(count)
     family = FourierSeries(box_limits(arm), duration)
     fewest = 1 + 2 * family.harmonics * round(duration / family.period)
     if n_set_points is None:

@@ -29,26 +29,6 @@ if TYPE_CHECKING:
 ROUNDING = 1e-9
 # Joints without limits may turn several times, but numbers beyond two turns are rarely radians.
 MANY_TURNS = 4 * math.pi
-# Units of time, per s.
-_UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
-
-
-@dataclass(frozen=True, kw_only=True)
-class PlausibilitySettings:
-    """When a motion is suspected to have time in another unit, or none at all."""
-
-    # Only joints that move by more than this, rad or m, show their velocities.
-    moving_span: float = 0.1
-    # Velocities up to this share of the limits are usual.
-    usual_velocity_share: float = 1.5
-    # Steps of logs, 10 kHz to 10 Hz, by which a unit of time is suggested.
-    shortest_step_seconds: float = 1e-4
-    longest_step_seconds: float = 0.1
-    # An arm stands still if its joints keep within this many standard deviations of their noise.
-    still_deviations: float = 6.0
-
-
-PLAUSIBILITY = PlausibilitySettings()
 
 LimitedQuantity = Literal["position", "velocity", "acceleration"]
 
@@ -176,6 +156,10 @@ def angle(value: float, unit: str) -> str:
     return f"{value:.4g} rad ({math.degrees(value):.4g} deg)" if unit == "rad" else f"{value:.4g} {unit}"
 
 
+# An arm stands still if its joints keep within this many standard deviations of their noise.
+_STILL_DEVIATIONS = 6.0
+
+
 def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory with another number of joints; warn of exceeded limits and implausible numbers."""
     require_trajectory_joints(trajectory, arm)
@@ -191,7 +175,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     messages += _slow_velocities(trajectory, arm)
     recording = trajectory.recording
     if recording is not None and recording.measured:
-        noise_span = PLAUSIBILITY.still_deviations * recording.noise_q + ROUNDING
+        noise_span = _STILL_DEVIATIONS * recording.noise_q + ROUNDING
         if (high - low <= noise_span).all():
             messages.append("no joint moves by more than its noise: the arm stands still")
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
@@ -223,9 +207,20 @@ def _exceeded_limits(trajectory: Trajectory, arm: RobotArm, suspects: Sequence[i
         yield message
 
 
+# Units of time, per s.
+_UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+# Only joints that move by more than this, rad or m, show their velocities.
+_MOVING_SPAN = 0.1
+# Velocities up to this share of the limits are usual.
+_USUAL_VELOCITY_SHARE = 1.5
+# Steps of logs, 10 kHz to 10 Hz, by which a unit of time is suggested.
+_SHORTEST_STEP_SECONDS = 1e-4
+_LONGEST_STEP_SECONDS = 0.1
+
+
 def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
     """A message if velocities derived from instants would be usual in another unit of time."""
-    moving = np.ptp(trajectory.extremes[0], axis=0) > PLAUSIBILITY.moving_span
+    moving = np.ptp(trajectory.extremes[0], axis=0) > _MOVING_SPAN
     limits = arm.limits("velocity_limit")[moving]
     if "qd" not in trajectory.derived or not moving.any() or not ((limits > 0) & np.isfinite(limits)).all():
         return
@@ -233,10 +228,10 @@ def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
     period = float(np.median(np.diff(trajectory.time)))
     usual_by_velocity, usual_by_step = [], []
     for unit, per_second in _UNITS.items():
-        if 0.0 < per_second * share <= PLAUSIBILITY.usual_velocity_share:
+        if 0.0 < per_second * share <= _USUAL_VELOCITY_SHARE:
             usual_by_velocity.append(unit)
         step = period / per_second
-        if PLAUSIBILITY.shortest_step_seconds <= step <= PLAUSIBILITY.longest_step_seconds:
+        if _SHORTEST_STEP_SECONDS <= step <= _LONGEST_STEP_SECONDS:
             usual_by_step.append(unit)
     if usual_by_velocity:
         # A controller's rate is better evidence than the arm's velocity limits.

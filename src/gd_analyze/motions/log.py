@@ -17,7 +17,7 @@ from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.motions.columns import Choice, ColumnUse
 from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.reading import ROLES, Reading, refusal
-from gd_analyze.motions.sampling import SAMPLING, longest_step
+from gd_analyze.motions.sampling import EQUAL_STAMP_STEP_SHARE, MISSING_READING_STEPS, longest_step
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import units_of
@@ -25,50 +25,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 from gd_analyze.units import TIME_UNITS
 
-_TURN = 2 * math.pi
 # Most lines listed in a message.
 _MOST_LISTED_LINES = 20
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimeUnitSettings:
-    """How the unit of a log's time is inferred from its numbers."""
-
-    # Instants since 1970 that are dates: from 1990 to 2100.
-    earliest_date_seconds: float = 6.3e8
-    latest_date_seconds: float = 4.2e9
-    # Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
-    # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
-    longest_date_step_seconds: float = 0.1
-    longest_fractional_step_seconds: float = 0.5
-    # Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in
-    # ms, us or ns.
-    longest_step_in_seconds: float = 0.5
-    # Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
-    shortest_likely_step_seconds: float = 1e-4
-    longest_likely_step_seconds: float = 1.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class StraySettings:
-    """Which instants and positions are garbage that jumps away from the rows around and back."""
-
-    # Garbage is a few rows long; more in a row are another motion.
-    most_rows: int = 3
-    # A position's ordinary step is this quantile of its steps.
-    ordinary_step_quantile: float = 0.99
-    # A jump is longer than this many ordinary steps, and faster than this, per s: ten times as fast as arms
-    # move.
-    jump_ordinary_steps: float = 30.0
-    jump_speed: float = 30.0
-    # A position has returned if it is nearer to where it was than this share of the jump.
-    returned_share: float = 0.1
-    # A step of fewer turns may be an angle that wraps at the end of its range.
-    most_wrapped_turns: float = 1.5
-
-
-TIME_UNIT = TimeUnitSettings()
-STRAY = StraySettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +183,21 @@ def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnU
     return tuple((uses | dict(choice.uses)).values())
 
 
+# Instants since 1970 that are dates: from 1990 to 2100.
+_EARLIEST_DATE_SECONDS = 6.3e8
+_LATEST_DATE_SECONDS = 4.2e9
+# Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
+# thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
+_LONGEST_DATE_STEP_SECONDS = 0.1
+_LONGEST_FRACTIONAL_STEP_SECONDS = 0.5
+# Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in ms,
+# us or ns.
+_LONGEST_STEP_IN_SECONDS = 0.5
+# Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
+_SHORTEST_LIKELY_STEP_SECONDS = 1e-4
+_LONGEST_LIKELY_STEP_SECONDS = 1.0
+
+
 def _in_seconds(
     stamps: Sequence[Stamps],
     chosen: TimeColumns,
@@ -244,12 +217,8 @@ def _in_seconds(
     stated: tuple[str, str] | None = None
     for unit_name, size in TIME_UNITS.items():
         date = abs(first) * size
-        if TIME_UNIT.earliest_date_seconds <= date <= TIME_UNIT.latest_date_seconds:
-            longest = (
-                TIME_UNIT.longest_date_step_seconds
-                if _whole(values)
-                else TIME_UNIT.longest_fractional_step_seconds
-            )
+        if _EARLIEST_DATE_SECONDS <= date <= _LATEST_DATE_SECONDS:
+            longest = _LONGEST_DATE_STEP_SECONDS if _whole(values) else _LONGEST_FRACTIONAL_STEP_SECONDS
             if _steps(values, np.median) * size <= longest:
                 stated = unit_name, "since 1970"
             break
@@ -279,9 +248,9 @@ def _in_seconds(
         content = f"whole numbers in steps of {step:g}"
         remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
         raise refusal(message, where, "time in s, or the sample rate", content, remedy)
-    if step <= TIME_UNIT.longest_step_in_seconds:
+    if step <= _LONGEST_STEP_IN_SECONDS:
         return values, "s", "no unit stated"
-    shortest, longest = TIME_UNIT.shortest_likely_step_seconds, TIME_UNIT.longest_likely_step_seconds
+    shortest, longest = _SHORTEST_LIKELY_STEP_SECONDS, _LONGEST_LIKELY_STEP_SECONDS
     likely = next((unit for unit, size in TIME_UNITS.items() if shortest <= step * size < longest), "s")
     expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
     next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
@@ -303,6 +272,10 @@ def _steps(values: FloatArray, statistic: Callable[[FloatArray], Any]) -> float:
     return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0
 
 
+# Garbage that jumps away from the rows around it is a few rows long; more in a row are another motion.
+_MOST_STRAY_ROWS = 3
+
+
 def _jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
     """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
 
@@ -310,7 +283,7 @@ def _jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, s
     """
     rows = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[rows])
-    if len(rows) <= 2 * STRAY.most_rows or not (steps > 0).any():
+    if len(rows) <= 2 * _MOST_STRAY_ROWS or not (steps > 0).any():
         return {}
     step = float(np.median(steps[steps > 0]))
     gap = longest_step(step)
@@ -330,14 +303,14 @@ def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> l
     """At most three rows in a row whose stamps fit neither side, where the two sides fit each other."""
     begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
     lengths = np.diff(np.append(begins, len(time)))
-    is_long = np.repeat(lengths > STRAY.most_rows, lengths)
+    is_long = np.repeat(lengths > _MOST_STRAY_ROWS, lengths)
     if not is_long.any():
         return []
     good = np.sort(time[is_long])
     span = float(good[-1] - good[0])
     strays: list[int] = []
     for first, end in runs(~is_long).tolist():
-        if end - first > STRAY.most_rows:
+        if end - first > _MOST_STRAY_ROWS:
             continue
         if first == 0 or end == len(time):
             inner = time[end] if first == 0 else time[first - 1]
@@ -357,31 +330,43 @@ def _is_late(
     after = int(np.searchsorted(good, time[k]))
     if not 0 < after < len(good):
         return False
-    if good[after] - good[after - 1] >= SAMPLING.missing_reading_steps * step:
+    if good[after] - good[after - 1] >= MISSING_READING_STEPS * step:
         return True
-    alike = is_long & (np.abs(time - time[k]) <= SAMPLING.equal_stamp_step_share * step)
+    alike = is_long & (np.abs(time - time[k]) <= EQUAL_STAMP_STEP_SHARE * step)
     return bool((q[alike] == q[k]).all(axis=1).any())
+
+
+_TURN = 2 * math.pi
+# A position's ordinary step is this quantile of its steps.
+_ORDINARY_STEP_QUANTILE = 0.99
+# A jump is longer than this many ordinary steps, and faster than this, per s: ten times as fast as arms move.
+_JUMP_ORDINARY_STEPS = 30.0
+_JUMP_SPEED = 30.0
+# A position has returned if it is nearer to where it was than this share of the jump.
+_RETURNED_SHARE = 0.1
+# A step of fewer turns may be an angle that wraps at the end of its range.
+_MOST_WRAPPED_TURNS = 1.5
 
 
 def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
     """At most three readings in a row that are far from those on both sides, which are near each other."""
-    if len(x) <= 2 * STRAY.most_rows:
+    if len(x) <= 2 * _MOST_STRAY_ROWS:
         return []
     steps, seconds = np.diff(x), np.diff(time)
-    ordinary = float(np.quantile(np.abs(steps), STRAY.ordinary_step_quantile))
+    ordinary = float(np.quantile(np.abs(steps), _ORDINARY_STEP_QUANTILE))
     if revolute:
         # An angle at the end of its range wraps there and back.
         remainders = steps - _TURN * np.round(steps / _TURN)
-        is_near = np.abs(steps) < STRAY.most_wrapped_turns * _TURN
-        wraps = is_near & (np.abs(remainders) <= STRAY.jump_ordinary_steps * ordinary)
+        is_near = np.abs(steps) < _MOST_WRAPPED_TURNS * _TURN
+        wraps = is_near & (np.abs(remainders) <= _JUMP_ORDINARY_STEPS * ordinary)
         steps = np.where(wraps, remainders, steps)
     is_adjacent = (seconds > 0) & (seconds <= gap)
-    least_jumps = np.maximum(STRAY.jump_ordinary_steps * ordinary, STRAY.jump_speed * seconds)
+    least_jumps = np.maximum(_JUMP_ORDINARY_STEPS * ordinary, _JUMP_SPEED * seconds)
     jumps = is_adjacent & (np.abs(steps) > least_jumps)
     strays = list[int]()
     for away, back in pairwise(np.flatnonzero(jumps).tolist()):
-        is_short = back - away <= STRAY.most_rows and is_adjacent[away:back].all()
-        has_returned = abs(steps[away : back + 1].sum()) <= STRAY.returned_share * abs(steps[away])
+        is_short = back - away <= _MOST_STRAY_ROWS and is_adjacent[away:back].all()
+        has_returned = abs(steps[away : back + 1].sum()) <= _RETURNED_SHARE * abs(steps[away])
         if is_short and has_returned and steps[away] * steps[back] < 0:
             strays += range(away + 1, back + 1)
     return strays

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
@@ -15,21 +13,6 @@ from gd_analyze.motions.trajectory import Trajectory
 # C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
 # with friction, Automatica 30 (1994).
 CREEPING_SHARE = 0.05
-
-
-@dataclass(frozen=True, kw_only=True)
-class _ReadingSettings:
-    """Which readings of torque count."""
-
-    # A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter
-    # leaves some hundredths of it.
-    settling_periods: float = 0.5
-    # Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000
-    # readings.
-    noise_sigmas: float = 3.0
-
-
-_SETTINGS = _ReadingSettings()
 
 
 def require_torques(motion: Trajectory) -> None:
@@ -58,6 +41,10 @@ def filtered_torque(motion: Trajectory) -> FloatArray:
     return torque
 
 
+# Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000 readings.
+_NOISE_SIGMAS = 3.0
+
+
 def direction(motion: Trajectory, joint: int, fastest: float | None = None) -> FloatArray:
     """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,).
 
@@ -70,7 +57,7 @@ def direction(motion: Trajectory, joint: int, fastest: float | None = None) -> F
     # other two, for any filter.
     noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
     fastest = float(np.abs(velocity).max()) if fastest is None else fastest
-    still = max(_SETTINGS.noise_sigmas * np.nan_to_num(noise), CREEPING_SHARE * fastest)
+    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), CREEPING_SHARE * fastest)
     return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
 
 
@@ -92,10 +79,15 @@ def far_from_jumps(motion: Trajectory, sign: FloatArray) -> Array:
     return np.asarray(np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait)
 
 
+# A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter leaves
+# some hundredths of it.
+_SETTLING_PERIODS = 0.5
+
+
 def _settling(motion: Trajectory) -> float:
     """Settling time of the torques' filter, the fastest of all joints, s; 0 without a filter."""
     recording = motion.recording
     if recording is None or recording.cutoff is None:
         return 0.0
     cutoffs = recording.cutoff[np.isfinite(recording.cutoff) & (recording.cutoff > 0.0)]
-    return _SETTINGS.settling_periods / float(cutoffs.max()) if len(cutoffs) else 0.0
+    return _SETTLING_PERIODS / float(cutoffs.max()) if len(cutoffs) else 0.0

@@ -41,46 +41,6 @@ _PAIRS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Schedule:
-    """Timing of a motion from start to goal.
-
-    Parameters
-    ----------
-    duration
-        Time from start to goal, s.
-    profile
-        One of `PROFILES`.
-    n_set_points
-        Number of set points, evenly spaced in time, both ends included.
-    via_times
-        Instants of the vias, s; by default the time of each stretch is proportional to the square root of the
-        distance of its slowest joint.
-
-    Raises
-    ------
-    TrajectoryError
-        If a number is impossible.
-    UsageError
-        If the profile is unknown.
-    """
-
-    duration: float
-    profile: str = "4-3-4"
-    n_set_points: int = 31
-    via_times: ArrayLike | None = None
-
-    def __post_init__(self) -> None:
-        require_word(self.profile, PROFILES, "profile")
-        duration = array_of(self.duration, "duration", TrajectoryError)
-        if duration.ndim or not _SHORTEST_SECONDS <= duration <= LARGEST:
-            expected, value = f"a number from {_SHORTEST_SECONDS:g} s to {LARGEST:g} s", str(duration)
-            raise refusal("the duration is out of range", "duration", expected, value)
-        if not 2 <= self.n_set_points <= _MOST_SET_POINTS:
-            expected, value = f"2 to {_MOST_SET_POINTS}", str(self.n_set_points)
-            raise refusal("impossible number of set points", "n_set_points", expected, value)
-
-
-@dataclass(frozen=True, eq=False)
 class Plan:
     """A planned motion."""
 
@@ -92,34 +52,55 @@ class Plan:
     shortest_duration: float | None
 
 
+def possible_duration(value: ArrayLike) -> float:
+    """Duration of a motion, s; a TrajectoryError if no arm moves in so short or so long a time."""
+    duration = array_of(value, "duration", TrajectoryError)
+    if duration.ndim or not _SHORTEST_SECONDS <= duration <= LARGEST:
+        expected, found = f"a number from {_SHORTEST_SECONDS:g} s to {LARGEST:g} s", str(duration)
+        raise refusal("the duration is out of range", "duration", expected, found)
+    return float(duration)
+
+
+def require_set_points(count: int) -> None:
+    """Raise a TrajectoryError for a number of set points that no motion has."""
+    if not 2 <= count <= _MOST_SET_POINTS:
+        expected = f"2 to {_MOST_SET_POINTS}"
+        raise refusal("impossible number of set points", "n_set_points", expected, str(count))
+
+
 def plan_motion(
     arm: RobotArm,
     start: ArrayLike,
     goal: ArrayLike,
-    via: Sequence[ArrayLike] = (),
+    duration: float,
     *,
-    schedule: Schedule,
+    via: Sequence[ArrayLike] = (),
+    profile: str = "4-3-4",
+    n_set_points: int = 31,
+    via_times: ArrayLike | None = None,
     allow_violations: bool = False,
     name: str | None = None,
 ) -> Plan:
     """Plan as `gd_analyze.plan` does, and compare the motion with the arm's limits."""
-    profile = PROFILES[schedule.profile]
-    if profile.via_counts is not None and len(via) not in profile.via_counts:
-        message = f"profile {profile.name} cannot take this number of vias"
+    require_word(profile, PROFILES, "profile")
+    duration = possible_duration(duration)
+    require_set_points(n_set_points)
+    timing = PROFILES[profile]
+    if timing.via_counts is not None and len(via) not in timing.via_counts:
+        message = f"profile {profile} cannot take this number of vias"
         expected = "none, or two: lift-off, set-down"
         step = "choose the profile quintic, cubic or trapezoidal for other numbers of vias"
         raise refusal(message, "via", expected, str(len(via)), step)
-    duration, count = float(schedule.duration), schedule.n_set_points
     knots = _knots(arm, start, via, goal)
-    times = _knot_times(arm, knots, duration, schedule.via_times)
-    path = profile.path(times, knots)
+    times = _knot_times(arm, knots, duration, via_times)
+    path = timing.path(times, knots)
     report = limit_report(arm, path)
     shortest = None if report.least_stretch is None else report.least_stretch * duration
-    _judge(arm, report, f"profile {profile.name} over {duration:g} s", shortest, allow_violations)
+    _judge(arm, report, f"profile {profile} over {duration:g} s", shortest, allow_violations)
     trajectory = Trajectory(
-        *_sample(path, profile, knots, count),
-        name=name or f"{arm.name}-{profile.name}",
-        origin=f"planned: profile {profile.name}, {duration:g} s, {count} set points, {len(via)} vias",
+        *_sample(path, timing, knots, n_set_points),
+        name=name or f"{arm.name}-{profile}",
+        origin=f"planned: profile {profile}, {duration:g} s, {n_set_points} set points, {len(via)} vias",
     )
     return Plan(trajectory, report, times, shortest)
 

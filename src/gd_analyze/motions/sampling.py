@@ -17,34 +17,12 @@ from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import named_joints, significant
 
-_TURN = 2 * math.pi
-
-
-@dataclass(frozen=True, kw_only=True)
-class SamplingSettings:
-    """Which rows of a log are set points, and where a motion is cut."""
-
-    # Shorter stretches of readings are left out: they do not show accelerations.
-    fewest_readings: int = 16
-    # A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger.
-    gap_steps: float = 5.0
-    gap_seconds: float = 0.05
-    # A step of this many usual ones lacks a reading.
-    missing_reading_steps: float = 1.5
-    # Stamps closer than this share of the usual step are equal, and a larger share of equal stamps is warned
-    # of.
-    equal_stamp_step_share: float = 0.01
-    warned_equal_share: float = 0.01
-    # Times that start beyond this are dates.
-    date_seconds: float = 1e6
-    # A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
-    turn_tolerance: float = math.pi / 2
-    # An angle that wraps stays within so many turns, -360 to 360 degrees at most; one farther away is in
-    # another unit, or counts its turns.
-    most_wrapped_turns: int = 2
-
-
-SAMPLING = SamplingSettings()
+# Shorter stretches of readings are left out: they do not show accelerations.
+FEWEST_READINGS = 16
+# A step of this many usual ones lacks a reading.
+MISSING_READING_STEPS = 1.5
+# Stamps closer than this share of the usual step are equal.
+EQUAL_STAMP_STEP_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +41,20 @@ class Sampling:
         return [slice(start, end) for start, end in pairwise([0, *self.gaps, len(self.time)])]
 
 
+# A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger.
+_GAP_STEPS = 5.0
+_GAP_SECONDS = 0.05
+
+
 def longest_step(step: float) -> float:
     """Longest time between two readings that is not a gap, by the usual one, s."""
-    return max(SAMPLING.gap_steps * step, SAMPLING.gap_seconds)
+    return max(_GAP_STEPS * step, _GAP_SECONDS)
+
+
+# A larger share of equal stamps is warned of.
+_WARNED_EQUAL_SHARE = 0.01
+# Times that start beyond this are dates.
+_DATE_SECONDS = 1e6
 
 
 def sampling_of(
@@ -84,9 +73,9 @@ def sampling_of(
     if not (forward > 0).any():
         raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
     step = float(np.median(forward[forward > 0]))
-    gap = longest_step(step) if gap is None else max(gap, SAMPLING.missing_reading_steps * step)
+    gap = longest_step(step) if gap is None else max(gap, MISSING_READING_STEPS * step)
     rows, times = _in_order(rows, times, gap, notes)
-    equal = SAMPLING.equal_stamp_step_share * step
+    equal = EQUAL_STAMP_STEP_SHARE * step
     same = int((np.diff(times) <= equal).sum())
     times = _apart(times, q[rows], step)
     # Of equal stamps the last is kept: a message sent again is the newest.
@@ -95,7 +84,7 @@ def sampling_of(
         left_out = int((~is_kept).sum())
         remedy = f"put between their neighbours: {same - left_out}, left out: {left_out}"
         notes.append(f"rows with the stamp of the next one, {remedy}")
-        if same > SAMPLING.warned_equal_share * len(rows):
+        if same > _WARNED_EQUAL_SHARE * len(rows):
             message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {remedy}"
             warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
     rows, times = rows[is_kept], times[is_kept]
@@ -116,7 +105,7 @@ def sampling_of(
     times = times[is_kept]
     since = times - times[0]
     # If stamps are dates, unless this loses digits that distinguish them.
-    if abs(times[0]) > SAMPLING.date_seconds and (np.diff(since) > 0).all():
+    if abs(times[0]) > _DATE_SECONDS and (np.diff(since) > 0).all():
         notes.append("time counts from the first reading")
         times = since
     return Sampling(rows[is_kept], times, gaps, step, tuple(notes))
@@ -130,7 +119,7 @@ def _in_order(
     parts = np.split(times, begins[1:])
     spans = sorted((float(part.min()), float(part.max())) for part in parts)
     overlap = any(after[0] <= before[1] for before, after in pairwise(spans))
-    if len(parts) > 1 and overlap and len(parts) * SAMPLING.fewest_readings <= len(times):
+    if len(parts) > 1 and overlap and len(parts) * FEWEST_READINGS <= len(times):
         moved, end = [], -np.inf
         for part in parts:
             moved.append(part + max(0.0, end + 2 * gap - float(part.min())))
@@ -150,7 +139,7 @@ def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
     """Give rows that move but share a stamp distinct instants, where a step is missing beside them."""
     times, steps = times.copy(), np.diff(times)
     moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
-    equal, missing = SAMPLING.equal_stamp_step_share * step, SAMPLING.missing_reading_steps * step
+    equal, missing = EQUAL_STAMP_STEP_SHARE * step, MISSING_READING_STEPS * step
     for k in np.flatnonzero((steps[1:-1] <= equal) & moves[1:-1]) + 1:
         if steps[k - 1] >= missing:
             times[k] = (times[k - 1] + times[k + 1]) / 2
@@ -165,26 +154,34 @@ def _too_few(name: str, readings: str, fewest: int) -> TrajectoryError:
     return refusal("the log has too few readings in a row", name, expected, readings, next_step)
 
 
+_TURN = 2 * math.pi
+# A jump that differs from full turns by more than this, rad, is not an angle's wrap-around.
+_TURN_TOLERANCE = math.pi / 2
+# An angle that wraps stays within so many turns, -360 to 360 degrees at most; one farther away is in another
+# unit, or counts its turns.
+_MOST_WRAPPED_TURNS = 2
+
+
 def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple[FloatArray, tuple[str, ...]]:
     """Undo jumps of full turns of revolute joints, shape (N, n), within each stretch; return notes, too.
 
     Across a gap angles stay as logged, unless full turns bring a stretch back within limits.
     """
-    out, farthest = q.copy(), SAMPLING.most_wrapped_turns * _TURN + SAMPLING.turn_tolerance
+    out, farthest = q.copy(), _MOST_WRAPPED_TURNS * _TURN + _TURN_TOLERANCE
     jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1
     for i in np.flatnonzero(arm.is_revolute).tolist():
         lower, upper = arm.limits("lower")[i], arm.limits("upper")[i]
         for stretch in stretches:
             steps = np.diff(out[stretch, i])
             turns = np.round(steps / _TURN)
-            turns[np.abs(steps - _TURN * turns) > SAMPLING.turn_tolerance] = 0.0
+            turns[np.abs(steps - _TURN * turns) > _TURN_TOLERANCE] = 0.0
             if turns.any() and np.ptp(out[stretch, i]) <= farthest:
                 jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
                 out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)
             low, high = float(out[stretch, i].min()), float(out[stretch, i].max())
             if math.isfinite(upper - lower) and (low < lower or high > upper):
                 into = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
-                is_near = abs(into) <= SAMPLING.most_wrapped_turns
+                is_near = abs(into) <= _MOST_WRAPPED_TURNS
                 if is_near and lower <= low + _TURN * into and high + _TURN * into <= upper:
                     out[stretch, i] += _TURN * into
     if not jumped:

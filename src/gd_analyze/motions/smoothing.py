@@ -15,7 +15,7 @@ from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.cutoff import Source, chosen
 from gd_analyze.motions.log import Log
 from gd_analyze.motions.reading import Treatment, refusal
-from gd_analyze.motions.sampling import SAMPLING, Sampling, sampling_of, unwrapped
+from gd_analyze.motions.sampling import FEWEST_READINGS, Sampling, sampling_of, unwrapped
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import significant
@@ -89,7 +89,7 @@ def treated(logged: Log, arm: RobotArm | None, treatment: Treatment | None) -> T
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
     readable = np.logical_and.reduce([np.isfinite(x).all(axis=1) for x in needed])
     fewest_of_plan = FEWEST_SET_POINTS if len(needed) < 3 else 1
-    fewest = SAMPLING.fewest_readings if logged.measured else fewest_of_plan
+    fewest = FEWEST_READINGS if logged.measured else fewest_of_plan
     name = logged.origin or logged.name
     sampling = sampling_of(logged.time, logged.q, readable, treatment.largest_gap, name, fewest)
     q, notes = logged.q[sampling.rows], sampling.notes

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gd_analyze.arrays import Array, FloatArray, array_of, require_possible, set_points_last
+from gd_analyze.arrays import Array, FloatArray, array_of, evenly, require_possible, set_points_last
 from gd_analyze.errors import GdAnalyzeError, TrajectoryError, UsageError, require_type, require_whole
 from gd_analyze.motions import trajectory as motion
 from gd_analyze.motions.reading import refusal
@@ -109,8 +109,7 @@ class States:
 
     def evenly(self, most: int) -> States:
         """Take all, or `most` evenly spaced ones."""
-        count = len(self)
-        return self.at(np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int)))
+        return self.at(evenly(len(self), most))
 
 
 def in_words(described: Mapping[str, str | int]) -> str:
@@ -208,32 +207,17 @@ def states_in_box(arm: RobotArm | str | Path, count: int = 4000, seed: int = 0) 
     return States(q, qd, qdd, {"box": box, "states": count, "seed": seed})
 
 
-def checked_states(arm: RobotArm, **quantities: ArrayLike) -> tuple[tuple[int, ...], list[FloatArray]]:
-    """Leading shape, and arrays of quantities with one finite number per joint."""
-    arrays: list[FloatArray] = []
-    for name, values in quantities.items():
-        array = array_of(values, name, UsageError)
-        first = arrays[0].shape if arrays else (*array.shape[:-1], arm.n_joints)
-        if array.shape != first:
-            leading = "".join(f"{size}, " for size in first[:-1]) if arrays else "..., "
-            message, expected = f"{name} does not fit arm {arm.name}", f"shape ({leading}{arm.n_joints})"
-            raise UsageError(message, where=name, expected=expected, found=str(array.shape))
-        require_possible(array, name, UsageError)
-        arrays.append(array)
-    return arrays[0].shape[:-1], arrays
-
-
 def broadcast_states(
-    n_joints: int, owner: str, error: type[GdAnalyzeError], **quantities: ArrayLike
+    arm: RobotArm, error: type[GdAnalyzeError] = UsageError, /, **quantities: ArrayLike
 ) -> list[FloatArray]:
     """Arrays of quantities with one finite number per joint, leading axes broadcast to one shape.
 
-    `owner` names what has the joints in messages: "arm puma560". Raises `error`.
+    Raises `error`.
     """
     arrays = [array_of(values, name, error) for name, values in quantities.items()]
     for name, array in zip(quantities, arrays, strict=True):
-        if array.shape[-1:] != (n_joints,):
-            message, expected = f"{name} does not fit {owner}", f"shape (..., {n_joints})"
+        if array.shape[-1:] != (arm.n_joints,):
+            message, expected = f"{name} does not fit arm {arm.name}", f"shape (..., {arm.n_joints})"
             raise error(message, where=name, expected=expected, found=str(array.shape))
         require_possible(array, name, error)
     try:

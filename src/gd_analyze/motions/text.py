@@ -48,24 +48,8 @@ _HEADING = re.compile(r"[A-Za-z]+ ?:\s+")
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
-@dataclass(frozen=True, kw_only=True)
-class TextSettings:
-    """How much of a text table is held at once, and by what its layout is judged."""
-
-    # Bytes of the beginning, where layout and names are found, and of a block of rows.
-    head_bytes: int = 1_000_000
-    block_bytes: int = 2_000_000
-    # The array of numbers, when it is full, grows by its rows over this.
-    growth_divisor: int = 8
-    # First rows by which delimiters are judged.
-    judged_rows: int = 8
-    # Column names in robots' logs, topics included, are shorter, and so are numbers.
-    longest_name: int = 200
-    # Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
-    largest_exact_instant: float = 1e6
-
-
-TEXT = TextSettings()
+# Column names in robots' logs, topics included, are shorter, and so are numbers.
+_LONGEST_NAME = 200
 
 
 @dataclass(frozen=True)
@@ -85,7 +69,7 @@ class TextLayout:
 
 def is_number(cell: str) -> bool:
     """Whether a cell holds a number, with a point or a comma."""
-    short = len(cell) <= TEXT.longest_name  # on many digits and a letter the expressions take quadratic time
+    short = len(cell) <= _LONGEST_NAME  # on many digits and a letter the expressions take quadratic time
     return short and (number_in(cell) is not None or bool(_WITH_COMMA.fullmatch(cell.strip())))
 
 
@@ -104,6 +88,10 @@ def _is_row(line: str) -> bool:
     return not line.lstrip().startswith("#") and bool(line.strip())
 
 
+# First rows by which delimiters are judged.
+_JUDGED_ROWS = 8
+
+
 def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
     """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
     rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
@@ -113,7 +101,7 @@ def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
         step = "check the recording; `gd-analyze plan --help` shows how to make a trajectory"
         raise refusal("the file is empty", Location(path), expected, content, step)
     # The delimiter occurs equally often in every line; so may a decimal comma, which is tried last.
-    judged = [line for _, line in rows[: TEXT.judged_rows]]
+    judged = [line for _, line in rows[:_JUDGED_ROWS]]
     even = (sign for sign in "\t;," if len({line.count(sign) for line in judged}) == 1 and sign in judged[0])
     most = max("\t;,", key=judged[0].count)
     delimiter = next(even, most if most in judged[0] else " ")
@@ -172,9 +160,9 @@ def _commented_names(before: Sequence[str], delimiter: str, width: int) -> tuple
 def refuse_long_names(names: Sequence[str], where: Location) -> None:
     """Raise a TrajectoryError if a name is too long for a column."""
     for column, name in enumerate(names, start=1):
-        if len(name) > TEXT.longest_name:
+        if len(name) > _LONGEST_NAME:
             message, place = f"name {column} is far too long", Location(where.path, where.line, column)
-            expected = f"a name such as time or q1, up to {TEXT.longest_name} characters"
+            expected = f"a name such as time or q1, up to {_LONGEST_NAME} characters"
             raise refusal(message, place, expected, in_python(name), "check that the file is a log")
 
 
@@ -206,20 +194,29 @@ class _Block:
         return self.data.decode("utf-8", errors="replace").split("\n")[:-1]
 
 
+# Bytes of the beginning, where layout and names are found, and of a block of rows.
+_HEAD_BYTES = 1_000_000
+_BLOCK_BYTES = 2_000_000
+# The array of numbers, when it is full, grows by its rows over this.
+_GROWTH_DIVISOR = 8
+# Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
+_LARGEST_EXACT_INSTANT = 1e6
+
+
 class TextTable(LogTable):
     """A text file, or the bytes of one; `names` are for a file without names."""
 
     def __init__(self, path: str | Path, data: bytes | None = None, names: tuple[str, ...] = ()) -> None:
         self.path, self.data = path, data
         with self._opened() as file:
-            head = file.read(TEXT.head_bytes)
+            head = file.read(_HEAD_BYTES)
         self._refuse_binary(head)
         try:
             text = head.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = head.decode("latin-1")
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-        self.first_lines = lines if len(head) < TEXT.head_bytes else lines[:-1] or lines
+        self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names = names or self.layout.names
         numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
@@ -318,7 +315,7 @@ class TextTable(LogTable):
                     raise wrong[min(wrong)]
                 if rows + len(frame) > len(values):
                     # Grown in place: joining all blocks in the end would hold a long log twice.
-                    grown = rows + len(frame) + rows // TEXT.growth_divisor
+                    grown = rows + len(frame) + rows // _GROWTH_DIVISOR
                     values.resize((grown, len(numbers)), refcheck=False)
                 if numbers:
                     values[rows : rows + len(frame)] = frame[list(numbers)].to_numpy(dtype=float)
@@ -452,7 +449,7 @@ class TextTable(LogTable):
         values = np.array([float(text) for text in texts])
         finite = values[np.isfinite(values)]
         largest = np.abs(finite).max(initial=0.0)
-        if largest < TEXT.largest_exact_instant or largest > 2.0**62:
+        if largest < _LARGEST_EXACT_INSTANT or largest > 2.0**62:
             return Stamps(0, values)
         try:
             base = int(finite[0])
@@ -467,7 +464,7 @@ class TextTable(LogTable):
         number, read_bytes, tail = 1, 0, b""
         with self._opened() as file:
             while True:
-                piece = file.read(TEXT.block_bytes)
+                piece = file.read(_BLOCK_BYTES)
                 read_bytes += len(piece)
                 progress(read_bytes, max(size, read_bytes))
                 data = tail + piece

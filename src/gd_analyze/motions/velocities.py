@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -16,55 +15,13 @@ from gd_analyze.text import LARGEST, named_joints
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
+# Fewer set points are not compared.
+_FEWEST_COMPARED = 8
+# Movements are noise below this share of the largest movement of a joint, and below this size, rad or m
+# (per s, s^2).
+_STILL_SHARE = 0.05
+_STILL_SIZE = 1e-3
 
-
-@dataclass(frozen=True, kw_only=True)
-class VelocitySettings:
-    """Which velocities contradict positions, which accelerations are noise, and how a long spline is made."""
-
-    # Fewer set points are not compared.
-    fewest_compared: int = 8
-    # An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions
-    # of any profile with up to four vias then show no contradiction.
-    excluded_intervals: int = 3
-    # Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms,
-    # filtered or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
-    missed_share: float = 0.25
-    # Movements are noise below this share of the largest movement of a joint, and below this size, rad or m
-    # (per s, s^2).
-    still_share: float = 0.05
-    still_size: float = 1e-3
-    # Tolerance of a known factor, relative to it, and the largest share of a movement that it may not
-    # explain.
-    factor_tolerance: float = 0.1
-    unexplained_share: float = 0.2
-
-    # Accelerations are noise if the mean square of their changes exceeds this share of their own mean square.
-    # From one set point to the next those of planned motions change by a fifth, those of real arms, derived
-    # from positions, threefold.
-    noisy_change: float = 0.5
-    # Shorter stretches are not judged.
-    fewest_judged: int = 32
-    # A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
-    largest_bend: float = 0.01
-    # Number of largest changes that are left out as jumps, and one more per so many changes.
-    jumps: int = 4
-    changes_per_jump: int = 50
-
-    # A long motion is judged by so many windows of so many set points: mistakes affect the whole motion.
-    windows: int = 16
-    window_set_points: int = 8192
-
-    # Set points of a block of the spline, and of its overlap at either side. The effect of a value on the
-    # spline shrinks by 0.43 from each set point to the next: beyond the overlap 1e-47 of it remain.
-    block_set_points: int = 32_000
-    overlap_set_points: int = 128
-
-
-SETTINGS = VelocitySettings()
-
-# A joint that rests and whose position was computed at every set point differs in the last digit or two.
-_LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 _DEGREES = math.degrees(1.0)
 _TIME = "times the derivative of {x}, as if time, which is read as seconds, were in"
@@ -82,11 +39,16 @@ _MEANING = {
 }
 
 
+# A long motion is judged by so many windows of so many set points: mistakes affect the whole motion.
+_WINDOWS = 16
+_WINDOW_SET_POINTS = 8192
+
+
 def _windows(
     arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
 ) -> tuple[tuple[Any, ...], Sequence[int]]:
     """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
-    count, windows, length = len(arrays[0]), SETTINGS.windows, SETTINGS.window_set_points
+    count, windows, length = len(arrays[0]), _WINDOWS, _WINDOW_SET_POINTS
     if count <= windows * length:
         return arrays, gaps
     starts = np.linspace(0, count - length, windows).astype(int)
@@ -94,6 +56,19 @@ def _windows(
     window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)}
     window_gaps |= {k * length for k in range(1, windows)}
     return tuple(None if x is None else x[rows] for x in arrays), sorted(window_gaps - {0, len(rows)})
+
+
+# Accelerations are noise if the mean square of their changes exceeds this share of their own mean square.
+# From one set point to the next those of planned motions change by a fifth, those of real arms, derived from
+# positions, threefold.
+_NOISY_CHANGE = 0.5
+# Shorter stretches are not judged.
+_FEWEST_JUDGED = 32
+# A set point farther than this from the middle of its neighbours, rad or m, is not a reading.
+_LARGEST_BEND = 0.01
+# Number of largest changes that are left out as jumps, and one more per so many changes.
+_JUMPS = 4
+_CHANGES_PER_JUMP = 50
 
 
 def are_noise(
@@ -106,7 +81,7 @@ def are_noise(
     """
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
     ends = pairwise([0, *gaps, len(time)])
-    parts = [slice(start, end) for start, end in ends if end - start >= SETTINGS.fewest_judged]
+    parts = [slice(start, end) for start, end in ends if end - start >= _FEWEST_JUDGED]
     if qd is None:
         values, order = q, 2
     elif qdd is None:
@@ -121,14 +96,14 @@ def are_noise(
             instants = (instants[1:] + instants[:-1]) / 2
         derivatives.append(accelerations)
         bends.append(np.abs(np.diff(q[part], 2, axis=0)))
-    if not derivatives or np.median(np.concatenate(bends), axis=0).max() > SETTINGS.largest_bend:
+    if not derivatives or np.median(np.concatenate(bends), axis=0).max() > _LARGEST_BEND:
         return False
     changes = np.concatenate([np.diff(part, axis=0) for part in derivatives])
-    jumps = SETTINGS.jumps + len(changes) // SETTINGS.changes_per_jump
+    jumps = _JUMPS + len(changes) // _CHANGES_PER_JUMP
     pair = (changes, np.concatenate(derivatives))
     changed, size = (np.partition(np.square(x), -jumps, axis=0)[:-jumps].mean(axis=0) for x in pair)
-    moves = size > max(SETTINGS.still_share**2 * float(size.max()), SETTINGS.still_size**2)
-    return bool((changed > SETTINGS.noisy_change * size)[moves].any())
+    moves = size > max(_STILL_SHARE**2 * float(size.max()), _STILL_SIZE**2)
+    return bool((changed > _NOISY_CHANGE * size)[moves].any())
 
 
 def completed(
@@ -170,6 +145,14 @@ def completed(
     return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
+# Set points of a block of the spline, and of its overlap at either side. The effect of a value on the spline
+# shrinks by 0.43 from each set point to the next: beyond the overlap 1e-47 of it remain.
+_BLOCK_SET_POINTS = 32_000
+_OVERLAP_SET_POINTS = 128
+# A joint that rests and whose position was computed at every set point differs in the last digit or two.
+_LAST_DIGITS = 4 * float(np.finfo(float).eps)
+
+
 def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], out: FloatArray) -> None:
     """Write derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
 
@@ -179,7 +162,7 @@ def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], 
     from scipy.interpolate import make_interp_spline
 
     count = len(time)
-    block, overlap = SETTINGS.block_set_points, SETTINGS.overlap_set_points
+    block, overlap = _BLOCK_SET_POINTS, _OVERLAP_SET_POINTS
     for start in range(0, count, block):
         end = min(start + block, count)
         begin, beyond = max(0, start - overlap), min(end + overlap, count)
@@ -205,7 +188,7 @@ def contradictions(
     derived: Sequence[str] = (),
 ) -> list[str]:
     """One line per likely mistake in given velocities, or else accelerations, that are not derivatives."""
-    if len(time) < SETTINGS.fewest_compared:
+    if len(time) < _FEWEST_COMPARED:
         return []
     (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
     for name, integral, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
@@ -224,7 +207,7 @@ def contradictions(
 
 def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> bool:
     """Whether given velocities, in radians, show that positions are in degrees."""
-    if len(time) < SETTINGS.fewest_compared:
+    if len(time) < _FEWEST_COMPARED:
         return False
     (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
     return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
@@ -236,13 +219,18 @@ def velocity_factors(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequ
     nan where a joint hardly moves, or where they are no multiple of the derivative.
     """
     out = np.full(q.shape[1], np.nan)
-    if len(time) < SETTINGS.fewest_compared:
+    if len(time) < _FEWEST_COMPARED:
         return out
     (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
     moved, integrated, _ = _paths(time, q, qd, gaps)
     for joint in np.flatnonzero(_moves(moved, integrated)).tolist():
         out[joint] = _slope(moved[:, joint], integrated[:, joint])
     return out
+
+
+# Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
+# or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
+_MISSED_SHARE = 0.25
 
 
 def _contradicted(
@@ -254,13 +242,18 @@ def _contradicted(
     missed = np.ptp(moved - integrated, axis=0) - unsure
     return {
         int(joint): _factor(moved[:, joint], integrated[:, joint])
-        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > SETTINGS.missed_share * size))
+        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > _MISSED_SHARE * size))
     }
 
 
 def _moves(moved: FloatArray, integrated: FloatArray) -> Array:
     size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    return np.asarray(size > max(SETTINGS.still_size, SETTINGS.still_share * float(size.max())))
+    return np.asarray(size > max(_STILL_SIZE, _STILL_SHARE * float(size.max())))
+
+
+# An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions of
+# any profile with up to four vias then show no contradiction.
+_EXCLUDED_INTERVALS = 3
 
 
 def _paths(
@@ -276,12 +269,16 @@ def _paths(
     unsure = steps * np.abs(np.diff(v, axis=0)) / 2
     for array in (changes, integrals, unsure):
         array[np.array(gaps, dtype=int) - 1] = 0.0
-    worst = np.argsort(np.abs(changes - integrals), axis=0)[-SETTINGS.excluded_intervals :]
+    worst = np.argsort(np.abs(changes - integrals), axis=0)[-_EXCLUDED_INTERVALS:]
     for array in (changes, integrals, unsure):
         np.put_along_axis(array, worst, 0.0, axis=0)
     start = np.zeros((1, x.shape[1]))
     moved, integrated = (np.vstack([start, np.cumsum(array, axis=0)]) for array in (changes, integrals))
     return moved, integrated, unsure.sum(axis=0)
+
+
+# Largest share of a movement that a factor may not explain.
+_UNEXPLAINED_SHARE = 0.2
 
 
 def _slope(moved: FloatArray, integrated: FloatArray) -> float:
@@ -290,7 +287,11 @@ def _slope(moved: FloatArray, integrated: FloatArray) -> float:
     if not a.any():
         return np.nan
     factor = float(a @ b / (a @ a))
-    return factor if np.ptp(b - factor * a) <= SETTINGS.unexplained_share * np.ptp(b) else np.nan
+    return factor if np.ptp(b - factor * a) <= _UNEXPLAINED_SHARE * np.ptp(b) else np.nan
+
+
+# Tolerance of a known factor, relative to it.
+_FACTOR_TOLERANCE = 0.1
 
 
 def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
@@ -299,6 +300,6 @@ def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
         return 0.0
     factor = _slope(moved, integrated)
     for candidate in _MEANING:
-        if candidate and abs(factor / candidate - 1) < SETTINGS.factor_tolerance:
+        if candidate and abs(factor / candidate - 1) < _FACTOR_TOLERANCE:
             return candidate
     return None

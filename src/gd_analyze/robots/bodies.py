@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
@@ -26,40 +25,6 @@ PlacedFindings = Iterator[tuple[str, str]]
 NO_MASS = 1e-6
 # Most joints of an arm whose terms are ranked and chosen: identifying its exact form takes a second.
 MOST_JOINTS_WITH_TERMS = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class BodySettings:
-    """From when on masses, centres of mass and inertias are suspected."""
-
-    # Another reading is suspected if it brings centres of mass nearer to their lines by these factors: all of
-    # an arm's (makers' files have 0.94 at least), all of a chain of fewer than five joints (0.76), one of an
-    # arm's (0.64), those of inertials shifted by a link (0.65).
-    factor_of_all: float = 0.75
-    factor_of_few: float = 0.5
-    factor_of_one: float = 0.5
-    factor_of_shifted: float = 0.5
-    # Readings within this factor of the least misfit are told together.
-    as_good_factor: float = 1.2
-    # Distance from its line, in reaches, that says nothing.
-    near_reaches: float = 0.01
-
-    # A centre of mass and its link's frame are apart from this distance on, in reaches.
-    apart_reaches: float = 0.08
-    # About its frame, a link's second moment along the centre of mass is at most this factor times m c^2,
-    largest_moment_ratio: float = 2.5
-    # and what m c c^T leaves over is not negative, but for this share: inertias have three digits.
-    moment_tolerance: float = 1e-3
-
-    # Density of the median link, kg/m^3, from which on inertias are too small. Makers' files have 20 to 2000,
-    # and 3e4 times more in g m^2; beyond the largest another check tells of masses in grams.
-    least_suspect_density: float = 2e5
-    largest_suspect_density: float = 1e8
-    # Share of its neighbours' masses below which a link near the end may have been swapped.
-    swapped_mass_share: float = 0.3
-
-
-BODIES = BodySettings()
 
 
 def described_links(arm: RobotArm) -> list[tuple[str, Link]]:
@@ -86,6 +51,14 @@ def ball_density(link: Link) -> float:
     return link.mass / volume if volume > 0.0 else math.inf
 
 
+# Another reading is suspected if it brings centres of mass nearer to their lines by these factors: all of an
+# arm's (makers' files have 0.94 at least), all of a chain of fewer than five joints (0.76), one of an arm's
+# (0.64).
+_FACTOR_OF_ALL = 0.75
+_FACTOR_OF_FEW = 0.5
+_FACTOR_OF_ONE = 0.5
+
+
 def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
     """Centres of mass that lie near the lines with another sign or in another frame: all of them, or one."""
     links, lines = described_links(arm)[:-1], _lines(arm)
@@ -94,7 +67,7 @@ def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
         return
     distances = _distances([link.com for _, link in links], lines)
     readings = {name: _distances(places, lines) for name, places in _readings(arm).items()}
-    factor = BODIES.factor_of_all if arm.n_joints >= 5 else BODIES.factor_of_few
+    factor = _FACTOR_OF_ALL if arm.n_joints >= 5 else _FACTOR_OF_FEW
     if names := _nearest(readings, heavy, arm, factor * _misfit(distances[heavy], arm)):
         distance, new_distance = (number(_rms(x[heavy])) for x in (distances, readings[names[0]]))
         text = f"the centres of mass are {distance} m off the lines between the joints"
@@ -105,13 +78,18 @@ def centres_fit_another_reading(arm: RobotArm) -> PlacedFindings:
         of_one_link = {
             name: np.where(np.arange(len(distances)) == k, read, distances) for name, read in readings.items()
         }
-        below = BODIES.factor_of_one * _misfit(distances[heavy], arm)
+        below = _FACTOR_OF_ONE * _misfit(distances[heavy], arm)
         if names := _nearest(of_one_link, heavy, arm, below):
             place, link = links[k]
             distance, new_distance = number(distances[k]), number(readings[names[0]][k])
             text = f"the centre of mass of link {link.name} is {distance} m off the line between its joints"
             reading = f"{new_distance} m if it is {' or '.join(names)}"
             yield place, f"{text}, {reading}; check its frame and its signs"
+
+
+# Inertials are suspected to be shifted by a link if this brings centres of mass nearer to their lines by this
+# factor: makers' files have 0.65 at least.
+_FACTOR_OF_SHIFTED = 0.5
 
 
 def inertials_of_other_links(arm: RobotArm) -> PlacedFindings:
@@ -127,11 +105,19 @@ def inertials_of_other_links(arm: RobotArm) -> PlacedFindings:
     }
     shares = {name: _misfit(read, arm) / _misfit(stated, arm) for name, (read, stated) in neighbours.items()}
     neighbour = min(shares, key=lambda name: shares[name])
-    if shares[neighbour] < BODIES.factor_of_shifted:
+    if shares[neighbour] < _FACTOR_OF_SHIFTED:
         new_distance, distance = (number(_rms(values)) for values in neighbours[neighbour])
         text = f"the centres of mass are {distance} m off the lines between the joints"
         reading = f"{new_distance} m if each belongs to the link {neighbour} its own"
         yield f"arm {arm.name}", f"{text}, {reading}; is every inertial shifted by one link?"
+
+
+# A centre of mass and its link's frame are apart from this distance on, in reaches.
+_APART_REACHES = 0.08
+# About its frame, a link's second moment along the centre of mass is at most this factor times m c^2,
+_LARGEST_MOMENT_RATIO = 2.5
+# and what m c c^T leaves over is not negative, but for this share: inertias have three digits.
+_MOMENT_TOLERANCE = 1e-3
 
 
 def inertias_about_the_joints(arm: RobotArm) -> PlacedFindings:
@@ -143,7 +129,7 @@ def inertias_about_the_joints(arm: RobotArm) -> PlacedFindings:
     ratios, smallest_shares = [], []
     for _, link in described_links(arm):
         distance = float(np.linalg.norm(link.com))
-        if link.mass >= NO_MASS and distance > BODIES.apart_reaches * arm.reach:
+        if link.mass >= NO_MASS and distance > _APART_REACHES * arm.reach:
             along, of_point = link.com / distance, link.mass * distance**2
             moment = second_moment(link.inertia_com)
             smallest = np.linalg.eigvalsh(moment - of_point * np.outer(along, along))[0]
@@ -151,9 +137,15 @@ def inertias_about_the_joints(arm: RobotArm) -> PlacedFindings:
             smallest_shares.append(float(smallest) / of_point)
     if len(ratios) < 2:
         return
-    if min(smallest_shares) > -BODIES.moment_tolerance and max(ratios) < BODIES.largest_moment_ratio:
+    if min(smallest_shares) > -_MOMENT_TOLERANCE and max(ratios) < _LARGEST_MOMENT_RATIO:
         text = f"the inertias of all {len(ratios)} links with a centre of mass off their frame"
         yield f"arm {arm.name}", f"{text} are as large as about the frame; are they about the centre of mass?"
+
+
+# Density of the median link, kg/m^3, from which on inertias are too small. Makers' files have 20 to 2000, and
+# 3e4 times more in g m^2; beyond the largest another check tells of masses in grams.
+_LEAST_SUSPECT_DENSITY = 2e5
+_LARGEST_SUSPECT_DENSITY = 1e8
 
 
 def inertias_too_small(arm: RobotArm) -> PlacedFindings:
@@ -162,9 +154,13 @@ def inertias_too_small(arm: RobotArm) -> PlacedFindings:
     if len(densities) < 3:
         return
     median = float(np.median(densities))
-    if BODIES.least_suspect_density < median < BODIES.largest_suspect_density:
+    if _LEAST_SUSPECT_DENSITY < median < _LARGEST_SUSPECT_DENSITY:
         text = f"with these inertias half of the links are denser than {median:.0e} kg/m^3 (steel: 7900)"
         yield f"arm {arm.name}", f"{text}; are they in kg m^2, and the masses in kg?"
+
+
+# Share of its neighbours' masses below which a link near the end may have been swapped.
+_SWAPPED_MASS_SHARE = 0.3
 
 
 def lighter_than_its_neighbours(arm: RobotArm) -> PlacedFindings:
@@ -173,7 +169,7 @@ def lighter_than_its_neighbours(arm: RobotArm) -> PlacedFindings:
     if arm.n_joints < 5 or masses[-3] < NO_MASS:
         return
     around = (masses[-4], masses[-2], masses[-1])
-    if masses[-3] < BODIES.swapped_mass_share * min(around):
+    if masses[-3] < _SWAPPED_MASS_SHARE * min(around):
         place, link = described_links(arm)[-3]
         text = f"link {link.name} has {number(link.mass)} kg, less than a third of the links around it"
         yield place, f"{text} ({', '.join(map(number, around))} kg); are two links swapped?"
@@ -199,9 +195,17 @@ def _rms(distances: FloatArray) -> float:
     return math.sqrt(float((distances**2).mean()))
 
 
+# Distance from its line, in reaches, that says nothing.
+_NEAR_REACHES = 0.01
+
+
 def _misfit(distances: FloatArray, arm: RobotArm) -> float:
     """Root mean square of distances in reaches, each at least about the distance that says nothing."""
-    return math.hypot(_rms(distances) / arm.reach, BODIES.near_reaches)
+    return math.hypot(_rms(distances) / arm.reach, _NEAR_REACHES)
+
+
+# Readings within this factor of the least misfit are told together.
+_AS_GOOD_FACTOR = 1.2
 
 
 def _nearest(readings: Mapping[str, FloatArray], heavy: FloatArray, arm: RobotArm, below: float) -> list[str]:
@@ -210,7 +214,7 @@ def _nearest(readings: Mapping[str, FloatArray], heavy: FloatArray, arm: RobotAr
     least = min(misfits.values())
     if least >= below:
         return []
-    return [name for name, misfit in misfits.items() if misfit <= BODIES.as_good_factor * least]
+    return [name for name, misfit in misfits.items() if misfit <= _AS_GOOD_FACTOR * least]
 
 
 def _readings(arm: RobotArm) -> dict[str, list[FloatArray]]:

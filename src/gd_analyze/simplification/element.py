@@ -27,7 +27,7 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
 from gd_analyze.simplification.torque_program import Effort
-from gd_analyze.text import rounded_up
+from gd_analyze.text import in_python, rounded_up
 
 VERDICT_SOURCES = ("own", "text")
 
@@ -203,6 +203,14 @@ def require_no_budget(level: Level, value: str) -> None:
         message, expected = "level element keeps no budget: verdicts say what it keeps", "none"
         next_step = "take another level, or state the error that it has"
         raise UsageError(message, where="level", expected=expected, found=value, next_step=next_step)
+
+
+def require_verdicts(verdicts: str, level: Level) -> None:
+    """Raise a UsageError for verdicts of an unknown source, or of any but the usual at another level."""
+    if verdicts not in VERDICT_SOURCES or (verdicts != VERDICT_SOURCES[0] and level is not ELEMENT):
+        message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
+        found = f"{in_python(verdicts)} at level {level}"
+        raise UsageError(message, where="verdicts", expected=f"{expected}, with level element", found=found)
 
 
 def _own(exact: ExactDynamics, threshold: float) -> Iterator[ElementPart]:

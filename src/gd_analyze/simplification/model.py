@@ -291,8 +291,7 @@ class SimplifiedModel:
 
     def _evaluated(self, program: Program, *states: FloatArray) -> FloatArray:
         quantities = dict(zip(("q", "qd", "qdd"), states, strict=False))
-        owner = f"the model of {self.arm.name}"
-        arrays = broadcast_states(self.arm.n_joints, owner, ModelError, **quantities)
+        arrays = broadcast_states(self.arm, ModelError, **quantities)
         inputs = {
             f"{name}{i + 1}": row
             for name, array in zip(quantities, arrays, strict=True)

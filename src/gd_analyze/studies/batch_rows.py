@@ -32,20 +32,12 @@ _EXPECTED = {"dominance": "a share such as 10% or 0.1"}
 _FLAGS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 _COMBINED = (".yaml", ".yml", ".toml")
 _ROBOTS = frozenset({".urdf", ".toml", ".xml", ".mjcf"})
-
-
-@dataclass(frozen=True, kw_only=True)
-class BatchSettings:
-    """How large a batch and its inputs may be."""
-
-    most_table_bytes: int = 100_000_000  # most bytes of a table
-    most_travelling_bytes: int = 1_000_000  # most bytes of an input that travels with its task
-    most_rows: int = 1_000_000  # most rows: some hundred MB
-    bytes_at_once: int = 2**20  # bytes that are read at a time for a digest
-
-
-BATCH_SETTINGS = BatchSettings()
-
+# Most bytes of a table.
+_MOST_TABLE_BYTES = 100_000_000
+# Most rows: some hundred MB.
+MOST_ROWS = 1_000_000
+# Most bytes of an input that travels with its task.
+MOST_TRAVELLING_BYTES = 1_000_000
 
 BatchRow = Mapping[str, Any]
 
@@ -67,7 +59,7 @@ def rows_in(path: Path) -> list[BatchRow]:
     if path.is_dir():
         rows = list(_of_folders(path))
     else:
-        text, kind = read_text(path, "table of a batch", BATCH_SETTINGS.most_table_bytes), path.suffix.lower()
+        text, kind = read_text(path, "table of a batch", _MOST_TABLE_BYTES), path.suffix.lower()
         if kind in _COMBINED:
             read = parsed_toml if kind == ".toml" else parsed_yaml
             rows = list(_combined(read(path, text, "table of a batch"), path))
@@ -76,7 +68,7 @@ def rows_in(path: Path) -> list[BatchRow]:
             between = max(",;\t", key=text.partition("\n")[0].count)
             lines = csv.DictReader(io.StringIO(text), delimiter=between, restkey="(beyond the header)")
             named = ({str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines)
-            rows = list(islice(named, BATCH_SETTINGS.most_rows + 1))
+            rows = list(islice(named, MOST_ROWS + 1))
             _require_few(len(rows), path)
     return checked_rows(rows, str(path))
 
@@ -129,10 +121,10 @@ def _combined(document: Any, path: Path) -> Iterator[BatchRow]:
 
 def _require_few(count: int, path: Path) -> None:
     """Refuse more rows than memory holds."""
-    if count > BATCH_SETTINGS.most_rows:
+    if count > MOST_ROWS:
         count_text = f"{count}" if path.suffix.lower() in _COMBINED else "more"
         message, step = "the table has too many rows", "divide it into several tables"
-        expected = f"1 to {BATCH_SETTINGS.most_rows}"
+        expected = f"1 to {MOST_ROWS}"
         raise UsageError(message, where=Location(path), expected=expected, found=count_text, next_step=step)
 
 
@@ -183,8 +175,8 @@ class RowInput:
         path = (base_folder / word).resolve()
         if word in shipped or not path.exists():
             return cls(word if word in shipped else str(path), digest=word)
-        small = path.is_file() and path.stat().st_size <= BATCH_SETTINGS.most_travelling_bytes
-        content = read_at_most(path, BATCH_SETTINGS.most_travelling_bytes) if small else None
+        small = path.is_file() and path.stat().st_size <= MOST_TRAVELLING_BYTES
+        content = read_at_most(path, MOST_TRAVELLING_BYTES) if small else None
         return cls(path.name, content, str(path), digest_of(path))
 
     def at(self, folder: Path) -> str:
@@ -201,6 +193,10 @@ class RowInput:
         return self.path or self.name
 
 
+# Bytes that are read at a time for a digest.
+_BYTES_AT_ONCE = 2**20
+
+
 def digest_of(path: Path) -> str:
     """SHA-256 of a file, or of names and contents of all files in a folder; "" where there is none."""
     digest = hashlib.sha256()
@@ -208,7 +204,7 @@ def digest_of(path: Path) -> str:
         if member.is_file():
             digest.update(str(member.relative_to(path)).encode())
             with member.open("rb") as file:
-                while piece := file.read(BATCH_SETTINGS.bytes_at_once):
+                while piece := file.read(_BYTES_AT_ONCE):
                     digest.update(piece)
     return digest.hexdigest() if path.exists() else ""
 

@@ -29,21 +29,6 @@ from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number
 
 
-@dataclass(frozen=True, kw_only=True)
-class _ComparisonSettings:
-    """States at which formulations are compared, and how far apart they may be."""
-
-    most_set_points: int = 5000  # most set points that are compared one by one in Pinocchio
-    random_states: int = 500  # states drawn if there is no motion
-    seed: int = 1987  # seed of the draw
-    # Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing
-    # sums whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
-    roundings: int = 4
-
-
-_SETTINGS = _ComparisonSettings()
-
-
 class Cost(NamedTuple):
     """Arithmetic of one torque evaluation."""
 
@@ -84,6 +69,11 @@ class Agreement:
         return beside_pinocchio and self.largest <= self.bounds["torque"]
 
 
+# Products of 4x4 or 3x3 matrices take twice the roundings per joint of rotating a vector, and probing sums
+# whole torques: each of two formulations may be off by twice what `round_off_bounds` allows.
+_ROUNDINGS = 4
+
+
 def agreement(
     arm: RobotArm,
     states: States,
@@ -112,10 +102,16 @@ def agreement(
     torques.append(reference["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {
-        name: _SETTINGS.roundings * float(bound)
-        for name, bound in round_off_bounds(arm, *states.arrays).items()
+        name: _ROUNDINGS * float(bound) for name, bound in round_off_bounds(arm, *states.arrays).items()
     }
     return Agreement(differences, from_pinocchio, bounds)
+
+
+# Most set points that are compared one by one in Pinocchio.
+_MOST_SET_POINTS = 5000
+# States drawn if there is no motion, and the seed of the draw.
+_RANDOM_STATES = 500
+_SEED = 1987
 
 
 def comparison(
@@ -134,14 +130,14 @@ def comparison(
         warnings.simplefilter("always")
         warn_of_implausible(arm, stacklevel=2)
         if trajectory is None:
-            states = states_in_box(arm, _SETTINGS.random_states, _SETTINGS.seed)
-            drawn = f"{_SETTINGS.random_states} random states within the arm's limits"
+            states = states_in_box(arm, _RANDOM_STATES, _SEED)
+            drawn = f"{_RANDOM_STATES} random states within the arm's limits"
             compared_at = f"{drawn}{box_limits(arm).remark}"
         else:
             check_against_arm(trajectory, arm)
             require_trajectory_joints(trajectory, arm)
             all_states = states_of(trajectory)
-            states, compared_at = all_states.evenly(_SETTINGS.most_set_points), all_states.in_words
+            states, compared_at = all_states.evenly(_MOST_SET_POINTS), all_states.in_words
             if len(states) < len(all_states):
                 compared_at = f"{len(states)} of the {all_states.in_words}"
         require_positive_definite(arm, states, arm.counts_drives())

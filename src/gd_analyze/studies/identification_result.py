@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -37,20 +36,6 @@ from gd_analyze.text import named_joints, number, percent, with_error
 SUPPORTED = "uncertainty"
 
 
-@dataclass(frozen=True, kw_only=True)
-class _ResultSettings:
-    """What the result of an identification shows and remarks on."""
-
-    searched_states: int = 300  # states of a log used to search the readable model
-    most_changed: int = 5  # number of base parameters listed as changed most
-    gap_steps: float = 3.0  # neighbouring rows more than this many steps apart belong to different stretches
-    correlated_rows: float = 5.0  # correlation length, in rows, above which residuals are not noise
-    clear_ratio: float = 1.1  # ratio of two RMS that clearly differ
-
-
-_SETTINGS = _ResultSettings()
-
-
 def _models(identification: Identification) -> dict[str, str]:
     """Names of the models compared."""
     first = {"file": "file as given", "rods": "uniform rods"}[identification.start]
@@ -63,6 +48,10 @@ class Supported(NamedTuple):
     operations: OperationCount
     operations_exact: OperationCount
     share: FloatArray  # uncertainty over each joint's peak torque, (n,)
+
+
+# States of a log used to search the readable model.
+_SEARCHED_STATES = 300
 
 
 def supported(identification: Identification, motion: Trajectory) -> Supported | str:
@@ -82,7 +71,7 @@ def supported(identification: Identification, motion: Trajectory) -> Supported |
     Supported or str
         Operations of the model and of the exact torque; or why there is no model.
     """
-    points = evenly(motion.n_set_points, _SETTINGS.searched_states)
+    points = evenly(motion.n_set_points, _SEARCHED_STATES)
     sample = Trajectory(
         motion.time[points], motion.q[points], motion.qd[points], motion.qdd[points], motion.name
     )
@@ -204,6 +193,12 @@ def _headline(identification: Identification, answer: Supported | str | None) ->
     return text
 
 
+# Ratio of two RMS that clearly differ.
+_CLEAR_RATIO = 1.1
+# Correlation length, in rows, above which residuals are not noise.
+_CORRELATED_ROWS = 5.0
+
+
 def _notices(identification: Identification, answer: Supported | str | None) -> Iterator[str]:
     if isinstance(answer, str):
         yield f"How many operations the log supports is not stated: {answer}."
@@ -239,19 +234,19 @@ def _notices(identification: Identification, answer: Supported | str | None) -> 
         for i, residuals in enumerate(identification.residuals)
         if residuals.rms("friction") > 0.0
     }
-    worse = [joint for joint, value in ratio.items() if value > _SETTINGS.clear_ratio]
+    worse = [joint for joint, value in ratio.items() if value > _CLEAR_RATIO]
     if worse:
         yield (
             f"At {named_joints(worse, identification.stated_arm.n_joints)} the {identification.start} with "
             "friction predicts better: the logs tell less there than the standard errors suggest."
         )
     lengths = identification.estimate.correlated
-    rough = [i + 1 for i, length in enumerate(lengths) if length > _SETTINGS.correlated_rows]
+    rough = [i + 1 for i, length in enumerate(lengths) if length > _CORRELATED_ROWS]
     if rough:
         joints = named_joints(rough, identification.stated_arm.n_joints)
         yield (
             f"Residuals of {joints} are correlated over more "
-            f"than {_SETTINGS.correlated_rows:.0f} rows: not noise, but an effect that the model lacks. "
+            f"than {_CORRELATED_ROWS:.0f} rows: not noise, but an effect that the model lacks. "
             "Standard errors allow for it, and biases may be larger."
         )
 
@@ -330,11 +325,15 @@ def _friction_table(identification: Identification) -> Table:
     return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
 
 
+# Number of base parameters listed as changed most.
+_MOST_CHANGED = 5
+
+
 def _changed_table(identification: Identification) -> Table:
     identifiable = [parameter for parameter in identification.parameters if parameter.identifiable]
     order = sorted(
         identifiable, key=lambda parameter: -abs(parameter.value - parameter.file) / parameter.error
-    )[: _SETTINGS.most_changed]
+    )[:_MOST_CHANGED]
     columns = (
         Column("symbol", "parameter", [parameter.symbol for parameter in order], shown="text"),
         Column(
@@ -402,6 +401,10 @@ def _held_out(residuals: Residuals, low: float, high: float) -> Iterator[Area]:
         yield Area(time, np.full(2, low), np.full(2, high), "grid")
 
 
+# Neighbouring rows more than this many steps apart belong to different stretches.
+_GAP_STEPS = 3.0
+
+
 def _figure(
     identification: Identification,
     label: str,
@@ -420,7 +423,7 @@ def _figure(
         if residual:
             curves = {name: residuals.measured - values for name, values in curves.items()}
         steps = np.diff(residuals.time)
-        gaps = np.flatnonzero(steps > _SETTINGS.gap_steps * float(np.median(steps))) + 1
+        gaps = np.flatnonzero(steps > _GAP_STEPS * float(np.median(steps))) + 1
         x, y = time_axis(residuals.time), value_axis(joint.effort_unit, *curves.values(), most=3)
         items: list[Item] = [
             *_held_out(residuals, y.low, y.high),

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.arguments import strict
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
-from gd_analyze.motions.planning import Schedule, plan_motion
+from gd_analyze.motions.planning import plan_motion
 from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -24,8 +24,8 @@ def plan(
     duration: float,
     *,
     via: Sequence[ArrayLike] = (),
-    profile: str = Schedule.profile,
-    n_set_points: int = Schedule.n_set_points,
+    profile: str = "4-3-4",
+    n_set_points: int = 31,
     via_times: ArrayLike | None = None,
     allow_violations: bool = False,
     name: str | None = None,
@@ -81,10 +81,18 @@ def plan(
     >>> plan("two_link", [0, 0], [1, -1], 2.0, profile="quintic").n_set_points
     31
     """
-    schedule = Schedule(duration, profile, n_set_points, via_times)
     arm = arm_of(arm)
     planned = plan_motion(
-        arm, start, goal, via, schedule=schedule, allow_violations=allow_violations, name=name
+        arm,
+        start,
+        goal,
+        duration,
+        via=via,
+        profile=profile,
+        n_set_points=n_set_points,
+        via_times=via_times,
+        allow_violations=allow_violations,
+        name=name,
     )
     warn_of_torque_limits(arm, states_of(planned.trajectory))
     return planned.trajectory

@@ -15,7 +15,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.uncertainty import StatedUncertainty
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, require_no_budget
+from gd_analyze.simplification.element import require_no_budget, require_verdicts
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
@@ -86,10 +86,7 @@ class Settings:
         level = level_named(self.level)
         if self.at_set_points:
             require_no_budget(level, "at_set_points")
-        if self.verdicts not in VERDICT_SOURCES or (self.verdicts != "own" and level is not ELEMENT):
-            expected = f"{' or '.join(VERDICT_SOURCES)}, with level element"
-            found = f"{self.verdicts}, level {level}"
-            raise UsageError("these verdicts are of no use", where="verdicts", expected=expected, found=found)
+        require_verdicts(self.verdicts, level)
         object.__setattr__(self, "level", level)
         require_type(self.dominance, (float, int), "dominance", "a share between 0 and 1")
         if not 0.0 < self.dominance < 1.0:

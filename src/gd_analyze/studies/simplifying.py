@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
+from gd_analyze.certification.certificate import POSITIONS_PER_JOINT
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
@@ -20,14 +21,14 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT, VERDICT_SOURCES, model_by_verdicts, require_no_budget
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget, require_verdicts
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import SearchOptions, TermProgress
-from gd_analyze.simplification.simplify import simplify_exact
+from gd_analyze.simplification.simplify import Check, simplify_exact
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -101,8 +102,8 @@ def simplify(
     ------
     UsageError
         If the budget is not understood, does not fit the number of joints, or is a share of a number that the
-        arm does not state; if a margin or a proof is asked for where the
-        budget holds at given states only; or if not even the exact model can be certified.
+        arm does not state; if arguments do not go together, see `require_consistent`; or if not even the
+        exact model can be certified.
     TrajectoryError
         If no motion leads from one set point to the next; `at_set_points` does without one.
     ArmError
@@ -123,6 +124,17 @@ def simplify(
     arm = arm_with_masses(arm)
     options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
+    require_consistent(
+        options.level,
+        budget,
+        has_motion=states is not None and not is_given,
+        has_states=is_given,
+        region=region,
+        margin=margin,
+        at_set_points=at_set_points,
+        certified=certified,
+        verdicts=verdicts,
+    )
     if states is None:
         states = states_in_box(arm)
     elif not is_given:
@@ -158,6 +170,8 @@ def search_model(
     at_states: bool = False,
     certified: bool = False,
     verdicts: str = "own",
+    proof_effort: int = POSITIONS_PER_JOINT,
+    everywhere: Sequence[Check] = (),
     provenance: Mapping[str, str] | None = None,
     stage: Callable[[str], object] = lambda _: None,
     progress: TermProgress = None,
@@ -172,39 +186,77 @@ def search_model(
         Keep the budget at these states only.
     budget, options, region, margin, certified, verdicts
         As for `simplify`.
-    provenance, stage, progress
+    proof_effort
+        Effort of every proof, see `certify`.
+    everywhere, provenance, stage, progress
         As for `simplify_exact`.
 
     Raises
     ------
     UsageError
-        As for `simplify`.
+        As for `simplify`, but for what `require_consistent` refuses.
     """
-    is_element = options.level is ELEMENT
-    if (at_states or is_element) and (certified or margin is not None or region is not None):
-        message = "the budget holds at given states only"
-        where, expected = "at_set_points or level element", "neither region, margin nor certified"
-        next_step = "give a trajectory, or none for the arm's limits"
-        raise UsageError(message, where=where, expected=expected, next_step=next_step)
-    if margin is not None and (motion is None or region is not None):
-        message, expected = "a margin is one around a motion", "a trajectory and no region"
-        raise UsageError(message, where="margin", expected=expected)
-    if verdicts not in VERDICT_SOURCES or (verdicts != VERDICT_SOURCES[0] and not is_element):
-        message, expected = "verdicts are those of level element", " or ".join(VERDICT_SOURCES)
-        raise UsageError(message, where="verdicts", expected=expected, found=in_python(verdicts))
-    if is_element:
-        if budget is not None:
-            require_no_budget(options.level, f"budget {budget}")
+    if options.level is ELEMENT:
         model = with_gamma(exact, model_by_verdicts(exact, verdicts))
         return Held(replace(model, provenance=dict(provenance or {})))
-
-    near = region
-    if near is None and not at_states:
-        near = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
-
-    if near is None:
-        model = simplify_exact(exact, budget, options, provenance=provenance, stage=stage, progress=progress)
+    if region is None and not at_states:
+        region = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
+    if region is None:
+        model = simplify_exact(
+            exact,
+            budget,
+            options,
+            everywhere=everywhere,
+            provenance=provenance,
+            progress=progress,
+            stage=stage,
+        )
         return Held(model)
     return simplify_held(
-        exact, budget, near, options, certified=certified, provenance=provenance, stage=stage
+        exact,
+        budget,
+        region,
+        options,
+        certified=certified,
+        effort=proof_effort,
+        everywhere=everywhere,
+        provenance=provenance,
+        progress=progress,
+        stage=stage,
     )
+
+
+def require_consistent(
+    level: Level,
+    budget: Budget | str | None = None,
+    *,
+    has_motion: bool = False,
+    has_states: bool = False,
+    region: Box | Tube | None = None,
+    margin: Margin | str | None = None,
+    at_set_points: bool = False,
+    certified: bool = False,
+    verdicts: str = "own",
+) -> None:
+    """Raise a UsageError unless what is asked of `simplify` goes together; its `where` is the argument.
+
+    `has_motion` and `has_states` say whether states are those of a motion, or any others given.
+    """
+    require_verdicts(verdicts, level)
+    beyond_states = {"certified": certified, "margin": margin is not None, "region": region is not None}
+    names = [name for name, is_asked in beyond_states.items() if is_asked]
+    searched = [*names, *(["at_set_points"] if at_set_points else [])]
+    if budget is not None:
+        searched.append(f"budget {budget}")
+    if searched:
+        require_no_budget(level, ", ".join(searched))
+    if names and (at_set_points or (has_states and region is None)):
+        raise UsageError(
+            "the budget holds at given states only",
+            where=names[0],
+            expected="one that holds near a motion, in a region or within the arm's limits",
+            next_step="leave it out, or let the budget hold between the states, too",
+        )
+    if margin is not None and (not has_motion or region is not None):
+        message, expected = "a margin is one around a motion", "a trajectory and no region"
+        raise UsageError(message, where="margin", expected=expected)

@@ -40,19 +40,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True, kw_only=True)
-class SetPointSettings:
-    """Which set points represent a long motion."""
-
-    evenly_searched: int = 400  # evenly spaced set points of a search besides the extremes
-    shown_parts: int = 12  # parts of the motion whose extremes are shown
-    # Least set points in tables and figures, several for each column of pixels in a figure.
-    least_shown: int = 1500
-
-
-SET_POINT_SETTINGS = SetPointSettings()
-
-
+# Evenly spaced set points of a search besides the extremes.
+EVENLY_SEARCHED = 400
+# Parts of a long motion whose extremes are shown.
+_SHOWN_PARTS = 12
+# Least set points of a long motion in tables and figures, several for each column of pixels in a figure.
+_LEAST_SHOWN = 1500
 # Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
 # less time than writing it.
 MOST_STORED = 2**17
@@ -146,14 +139,14 @@ class LongMotion:
             places.append(chunk.start + at)
             progress(len(states))
         value, place = np.array(values), np.array(places)
-        parts = np.array_split(np.arange(len(value)), min(SET_POINT_SETTINGS.shown_parts, len(value)))
+        parts = np.array_split(np.arange(len(value)), min(_SHOWN_PARTS, len(value)))
         points = (
-            evenly(motion.n_set_points, SET_POINT_SETTINGS.evenly_searched),
+            evenly(motion.n_set_points, EVENLY_SEARCHED),
             *_reached(value, place, [np.arange(len(value))]),
         )
         searched = np.unique(np.concatenate([*points, extremes.reached.ravel()]))
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
-        evenly_spaced = evenly(motion.n_set_points, max(SET_POINT_SETTINGS.least_shown - len(shown), 2))
+        evenly_spaced = evenly(motion.n_set_points, max(_LEAST_SHOWN - len(shown), 2))
         dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
         return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
 

@@ -11,7 +11,6 @@ from typing import NamedTuple, TypeAlias
 
 from gd_analyze.certification.certificate import certify, usual_effort
 from gd_analyze.certification.held import Held, proven
-from gd_analyze.certification.holding import simplify_held
 from gd_analyze.harmonics.expansion import TooLongError
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
@@ -21,11 +20,12 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
 from gd_analyze.simplification.search import SearchOptions
-from gd_analyze.simplification.simplify import Check, simplify_exact
+from gd_analyze.simplification.simplify import Check
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
+from gd_analyze.studies.simplifying import search_model
 from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import Points
@@ -174,31 +174,23 @@ def _model_at(
     same_velocities: bool = False,
 ) -> Held:
     """Search the model of a budget, near the motion or at its set points."""
-    settings, source = inputs.settings, inputs.source
+    settings = inputs.settings
     options = SearchOptions(
         level_named(settings.level),
         same_velocities=same_velocities,
         most_terms=most_terms,
     )
-    if settings.at_set_points or not inputs.has_tube:
-        model = simplify_exact(
-            exact,
-            budget,
-            options,
-            everywhere=everywhere,
-            provenance=source,
-            progress=progress.advance,
-            stage=progress,
-        )
-        return Held(model)
-    return simplify_held(
+    at_states = settings.at_set_points or not inputs.has_tube
+    return search_model(
         exact,
+        inputs.trajectory,
         budget,
-        inputs.tube,
         options,
-        effort=_USUAL_EFFORTS.tube,
+        region=None if at_states else inputs.tube,
+        at_states=at_states,
+        proof_effort=_USUAL_EFFORTS.tube,
         everywhere=everywhere,
-        provenance=source,
+        provenance=inputs.source,
         progress=progress.advance,
         stage=progress,
     )
