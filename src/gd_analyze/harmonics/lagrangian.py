@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import (
@@ -105,10 +105,11 @@ def potential_products(
 def _products(
     polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float, deciding: int
 ) -> dict[Monomial, FloatArray]:
-    """Products with a weight above the noise in any of the deciding polynomials."""
-    terms = to_products(polynomial, velocities, noise, deciding).terms()
+    """Those with a weight above the noise in any of the deciding polynomials; the first's largest first."""
+    products = to_products(polynomial, velocities, noise, deciding)
+    ordered = sorted(products.items(), key=lambda item: (falling(item[1][0]), item[0]))
     # Rewriting may leave noise of terms that cancel.
-    return {monomial: weight for monomial, weight in terms.items() if np.abs(weight[:deciding]).max() > noise}
+    return {monomial: weight for monomial, weight in ordered if np.abs(weight[:deciding]).max() > noise}
 
 
 def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:

@@ -8,6 +8,7 @@ energies are mappings from terms to numbers.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 # Share of its summands' magnitudes below which a coefficient counts as cancelled: those of small terms are
@@ -41,6 +42,7 @@ class Factor(NamedTuple):
 Monomial = tuple[Factor, ...]
 
 
+@lru_cache(maxsize=1 << 14)
 def half_of(monomial: Monomial) -> tuple[int, ...] | None:
     """Multiples of half the angle of a single sine or cosine of a double angle; otherwise None."""
     if len(monomial) != 1 or monomial[0].kind == "power" or any(m % 2 for m in monomial[0].multiples):
