@@ -51,6 +51,12 @@ class OperationCount:
     additions: int
     sines_cosines: int
 
+    @classmethod
+    def of(cls, kinds: Counter[Operation]) -> OperationCount:
+        """Count operations by their kinds."""
+        additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
+        return cls(kinds["multiply"] + kinds["divide"], additions, functions)
+
     @property
     def total(self) -> int:
         """Multiplications plus additions."""
@@ -96,9 +102,7 @@ class Program:
     @property
     def count(self) -> OperationCount:
         """Operations of one evaluation."""
-        kinds = Counter(step.operation for step in self.steps)
-        additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
-        return OperationCount(kinds["multiply"] + kinds["divide"], additions, functions)
+        return OperationCount.of(Counter(step.operation for step in self.steps))
 
     def with_values(self, values: Mapping[str, float]) -> Program:
         """Set some inputs to numbers and fold the constants that follow."""
