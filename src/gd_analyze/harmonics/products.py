@@ -118,11 +118,13 @@ def _shortened(
     groups: dict[_Product, dict[Monomial, FloatArray]] = defaultdict(dict)
     for product, weight in products.items():
         groups[product[:r] + product[r + 1 :]][product[r]] = weight
-    return {
-        (*beside[:r], factors, *beside[r:]): weight
-        for beside, group in groups.items()
-        for factors, weight in _squared(_paired(group, close, velocities), close).items()
-    }
+    out: dict[_Product, FloatArray] = {}
+    for beside, group in groups.items():
+        if len(velocities.runs[r]) > 1:
+            group = _paired(group, close, velocities)
+        for factors, weight in _squared(group, close).items():
+            out[*beside[:r], factors, *beside[r:]] = weight
+    return out
 
 
 def _paired(
@@ -183,13 +185,16 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
     weights = [out.pop(product) for product, _ in doubles]
 
     # w cos 2a = 2 w C^2 - w = w - 2 w S^2: choose so that the constant vanishes if it can.
-    def constant_with(signs: tuple[int, ...]) -> FloatArray:
-        return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
+    first, *others = (float(values[0]) for values in (constant, *weights))
+
+    def is_left(signs: tuple[int, ...]) -> bool:
+        return abs(first - sum(s * w for s, w in zip(signs, others, strict=True))) > close
 
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
-    best = min(choices, key=lambda signs: (abs(float(constant_with(signs)[0])) > close, -sum(signs)))
+    best = min(choices, key=lambda signs: (is_left(signs), -sum(signs)))
     for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
         out[(Factor("cos" if sign > 0 else "sin", half),) * 2] = 2.0 * sign * weight
-    if float(np.abs(constant_with(best)).max()) > close:
-        out[()] = constant_with(best)
+    constant = constant - sum(s * w for s, w in zip(best, weights, strict=True))
+    if np.abs(constant).max() > close:
+        out[()] = constant
     return out
