@@ -13,11 +13,11 @@ from gd_analyze.formulas.languages import equation_part as written_equations
 from gd_analyze.formulas.scripts import (
     comment,
     factor_documents,
-    joint_names,
     sympy_factors,
     sympy_name,
     sympy_sum,
     sympy_symbols,
+    variable_names,
 )
 from gd_analyze.formulas.writing import base_formula, element_formula, factor_legend, powers
 from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
@@ -96,7 +96,7 @@ def equation_text(equation: Equation, form: str, digits: int, width: int) -> str
 
 def sympy_head(n_joints: int) -> str:
     """Beginning of a SymPy script: imports and symbols."""
-    lines = ("from sympy import Add, cos, sin, symbols", "", *sympy_symbols(joint_names(n_joints)), "")
+    lines = ("from sympy import Add, cos, sin, symbols", "", *sympy_symbols(variable_names(n_joints)), "")
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -17,7 +17,7 @@ _COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"),
 _MOST_SUMMANDS = 50
 
 
-def joint_names(n_joints: int) -> list[str]:
+def variable_names(n_joints: int) -> list[str]:
     """Names of the joints' variables: q1, q2, ..."""
     return [f"q{joint + 1}" for joint in range(n_joints)]
 
@@ -44,7 +44,7 @@ def sympy_sum(name: str, products: Sequence[str]) -> str:
 def sympy_factors(factors: Monomial, angles: Sequence[str] = ()) -> Iterator[str]:
     """Sines, cosines and variables in a script; behind the joints' variables come constant `angles`."""
     for factor, exponent in exponents(factors):
-        names = (*joint_names(len(factor.multiples) - len(angles)), *angles)
+        names = (*variable_names(len(factor.multiples) - len(angles)), *angles)
         summands = [f"{m}*{name}" for m, name in zip(factor.multiples, names, strict=True) if m]
         argument = re.sub(r"\b1\*", "", " + ".join(summands)).replace("+ -", "- ")
         base = argument if factor.kind == "power" else f"{factor.kind}({argument})"

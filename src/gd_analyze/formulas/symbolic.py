@@ -13,11 +13,11 @@ from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Printer
 from gd_analyze.formulas.scripts import (
     comment,
     factor_documents,
-    joint_names,
     sympy_factors,
     sympy_name,
     sympy_sum,
     sympy_symbols,
+    variable_names,
 )
 from gd_analyze.formulas.writing import QUANTITIES, exponents, factor_legend, part_symbol, powers
 from gd_analyze.harmonics.arm_symbols import ArmSymbol
@@ -146,7 +146,7 @@ def _script(equations: SymbolicEquations) -> Iterator[str]:
     names = [symbol.name for symbol in equations.symbols]
     yield "from sympy import Add, Integer, cos, sin, symbols"
     yield ""
-    yield from sympy_symbols(joint_names(equations.arm.n_joints))
+    yield from sympy_symbols(variable_names(equations.arm.n_joints))
     yield from sympy_symbols(names)
     yield ""
     yield "# The arm's numbers, SI units."
