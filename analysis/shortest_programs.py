@@ -11,7 +11,7 @@ import json
 import sys
 
 from gd_analyze.files import data_folder, write_text
-from gd_analyze.operations.program import Program, plain_program
+from gd_analyze.operations.program import Program, fewest, plain_program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.catalogue import load_arm
@@ -26,7 +26,7 @@ LONGER, ROUNDS = 10, 12
 def shortest(start: Program, name: str) -> Program:
     """Search for a program of fewer operations."""
     starts = [rewritten(start, LONGER, seed) for seed in range(ROUNDS)]
-    best = min(starts, key=lambda one: one.count.total)
+    best = fewest(starts)
     for seed in range(ROUNDS, 2 * ROUNDS):
         best = rewritten(best, LONGER, seed)
         print(name, seed, best.count, flush=True)

@@ -11,14 +11,12 @@ from __future__ import annotations
 import linecache
 import re
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple, get_args
-
-import numpy as np
+from typing import Any, NamedTuple, get_args
 
 from formulation_costs import (
     SIZES,
@@ -31,8 +29,9 @@ from formulation_costs import (
 )
 from gd_analyze import dynamics
 from gd_analyze.dynamics.methods import METHODS
-from gd_analyze.operations.counting import Tally, counting_array
+from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount
+from gd_analyze.operations.trace import Expression, Operation
 from gd_analyze.studies.comparison import count_cost
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
@@ -50,13 +49,13 @@ class Place(NamedTuple):
     helper: str
 
 
-Parts = Mapping[Place, Tally]
+Parts = Mapping[Place, OperationCount]
 
 
 def count_by_place(method: str) -> Parts:
     """Count a formulation's torque on the generic chain, statement by statement of its file, sines and cosines apart."""
     file = str(Path(dynamics.__file__ or "").with_name(f"{method}.py"))
-    parts: dict[Place, Tally] = defaultdict(Tally)
+    kinds: dict[Place, Counter[Operation]] = defaultdict(Counter)
 
     def asking() -> Place:
         frame: FrameType | None = sys._getframe()
@@ -72,16 +71,14 @@ def count_by_place(method: str) -> Parts:
     class Located(Tally):
         """Every operation is booked to the place that asks for it as well."""
 
-        def __setattr__(self, name: str, value: int) -> None:
-            if value and name != "sines_cosines":
-                part = parts[asking()]
-                setattr(part, name, getattr(part, name) + 1)
-            super().__setattr__(name, value)
+        def record(self, operation: Operation, *arguments: Any) -> Expression:
+            if operation in ("add", "subtract", "multiply"):
+                kinds[asking()][operation] += 1
+            return super().record(operation, *arguments)
 
     tally = Located()
-    states = (counting_array(state, tally) for state in np.full((3, N), 0.5))
-    METHODS[method].torque(generic_chain(N), *states)
-    return parts
+    METHODS[method].torque(generic_chain(N), *(tally.inputs(name, N) for name in ("q", "qd", "qdd")))
+    return {place: OperationCount.of(counter) for place, counter in kinds.items()}
 
 
 @dataclass(frozen=True)

@@ -56,10 +56,10 @@ def test_verification_measures_and_documents_every_identity() -> None:
 def test_every_operation_is_booked_to_one_row_of_the_cost_tables() -> None:
     module = study("tables_3_1_3_4_3_5")
     rows = module.newton_euler_rows()
-    parts = {module.Place("torque", "omega", "torque"): module.Tally(3, 2)}
+    parts = {module.Place("torque", "omega", "torque"): module.OperationCount(3, 2, 0)}
     assert module.booked(parts, rows)[0] == module.OperationCount(3, 2, 0)
     with pytest.raises(ValueError, match="no row"):
-        module.booked({module.Place("elsewhere", "", ""): module.Tally(1)}, rows)
+        module.booked({module.Place("elsewhere", "", ""): module.OperationCount(1, 0, 0)}, rows)
     with pytest.raises(ValueError, match="belongs to"):
         module.booked(parts, (*rows, rows[0]))
 

@@ -68,7 +68,7 @@ def assert_read_exactly(arm, seed: int) -> None:
         assert np.abs(values.sum(axis=0) - written).max() <= allowed, equation.symbol
         # By effect as well, where a term may have nothing left in the whole.
         stacked = TrigonometricPolynomial.stacked([parts.total(), parts])
-        rows = to_products(stacked, harmonics.velocities, noise, deciding=3).terms()
+        rows = to_products(stacked, harmonics.velocities, noise, deciding=3)
         for k, exact in enumerate(values):
             written = sum(row[1 + k] * value(factors, q) for factors, row in rows.items())
             assert np.abs(exact - written).max() <= allowed, (equation.symbol, k)
@@ -93,7 +93,7 @@ def test_reading_loses_nothing_small(rng):
     multiples = [(0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 1)]
     polynomial = {(Factor("cos", m),): 1.0 + 1e-11 * (k == 3) for k, m in enumerate(multiples)}
     whole = to_polynomial([polynomial], [False, False])
-    rows = to_products(whole, AbsoluteVelocities.of(arm), noise=1e-14).terms()
+    rows = to_products(whole, AbsoluteVelocities.of(arm), noise=1e-14)
     written = sum(row[0] * value(factors, q) for factors, row in rows.items())
     exact = sum(weight * value(factors, q) for factors, weight in polynomial.items())
     # Twenty roundings of values near 6.

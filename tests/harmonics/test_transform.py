@@ -108,7 +108,7 @@ def test_coefficients_scale_with_the_masses(arm, power):
 
 
 def named(harmonics: Harmonics, polynomial: TrigonometricPolynomial) -> dict[str, float]:
-    rows = to_products(polynomial, harmonics.velocities, harmonics.noise[0]).terms()
+    rows = to_products(polynomial, harmonics.velocities, harmonics.noise[0])
     return {Plain().product(Product(1.0, powers(key))): float(row[0]) for key, row in rows.items()}
 
 

@@ -84,7 +84,7 @@ def test_sums_and_stacks_are_those_of_the_values(arm, seed):
 def test_to_terms_and_back(arm, seed):
     polynomial = random_polynomial(arm, np.random.default_rng(seed), polynomials=1)
     # Draws may come close to each other by chance; 1e-14 apart never.
-    terms = to_products(polynomial, AbsoluteVelocities.of(arm), 1e-14).terms()
+    terms = to_products(polynomial, AbsoluteVelocities.of(arm), 1e-14)
     back = to_polynomial([{monomial: float(row[0]) for monomial, row in terms.items()}], polynomial.prismatic)
     # A harmonic goes through a sum of some 2^runs products and back: as many roundings of numbers below 5.
     rest = (polynomial + -1.0 * back).above(1e3 * EPS)

@@ -87,9 +87,9 @@ def test_rearranged_is_no_more_than_extracted_is_no_more_than_written(given_poly
     # A trace may know still more to be equal; turning a difference round can cost it one operation.
     turned = {
         product
-        for terms in extracted.definitions.values()
+        for terms in extracted.terms.values()
         for product, c in terms.items()
-        if c == -1.0 and len(product) == 1 and product[0] in extracted.definitions
+        if c == -1.0 and len(product) == 1 and product[0] in extracted.terms
     }
     assert traced(extracted.values) <= extracted.operations + len(turned)
 
@@ -159,20 +159,10 @@ def indexed(sums: Sums) -> tuple[object, ...]:
     )
 
 
-def started(given_polynomials) -> Sums:
-    number = {name: k for k, name in enumerate(NAMES)}
-    outputs = [
-        {tuple(sorted(number[name] for name in names)): c for names, c in polynomial.items()}
-        for polynomial in given_polynomials
-    ]
-    return Sums(outputs, len(NAMES))
-
-
 @examples(25)
 @given(polynomials, st.integers(0, 99))
 def test_undone_is_as_before(given_polynomials, seed):
-    sums = started(given_polynomials)
-    extract(sums)
+    sums = shared_sums(given_polynomials)
     before, index = {v: dict(terms) for v, terms in sums.terms.items()}, indexed(sums)
     sums.mark()
     for v in sums.defined[:2]:

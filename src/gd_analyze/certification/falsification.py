@@ -17,7 +17,7 @@ from gd_analyze.certification.motion import MotionFactors
 from gd_analyze.certification.tube import Tube
 from gd_analyze.harmonics.expansion import expansion_factors
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Batch, program_inputs
+from gd_analyze.operations.program import program_inputs
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 
@@ -49,13 +49,13 @@ def worst_found(
     rng, n = np.random.default_rng(seed), len(allowed)
 
     @cache
-    def batches(count: int) -> tuple[Batch, Batch]:
-        return Batch(model.program, count), Batch(exact.form.program, count)
+    def runners(count: int) -> tuple[Callable[..., FloatArray], ...]:
+        return model.program.runner(count), exact.form.program.runner(count)
 
     def share(states: FloatArray, counts: FloatArray) -> FloatArray:
         """Errors over allowed ones at states (3, N, n), shape (n, N); counts (M, n) repeat."""
         inputs = program_inputs(States(*states))
-        torque, exact_torque = (batch.over(inputs) for batch in batches(min(states.shape[1], CHUNK)))
+        torque, exact_torque = (run(inputs) for run in runners(min(states.shape[1], CHUNK)))
         error = torque - exact_torque
         shares = np.abs(error) / allowed[:, None]
         return np.asarray((shares.reshape(n, -1, len(counts)) * counts.T[:, None]).reshape(n, -1))
@@ -124,16 +124,16 @@ class BoxErrors:
         self._moving = shares * np.stack([box.velocity, box.acceleration])[:, None]
 
         @cache
-        def batches(power: int) -> tuple[Batch, Batch]:  # of few sizes, as each keeps its memory
-            return Batch(model.program, 2**power), Batch(exact.form.program, 2**power)
+        def runners(power: int) -> tuple[Callable[..., FloatArray], ...]:  # few, as each keeps its memory
+            return model.program.runner(2**power), exact.form.program.runner(2**power)
 
-        self._batches = batches
+        self._runners = runners
 
     def at(self, states: FloatArray) -> FloatArray:
         """Errors at states (3, N, n), shape (n, N)."""
         inputs = program_inputs(States(*states))
         power = min(states.shape[1], CHUNK).bit_length() - 1
-        torque, exact_torque = (batch.over(inputs) for batch in self._batches(power))
+        torque, exact_torque = (run(inputs) for run in self._runners(power))
         return np.asarray((torque - exact_torque) / self.allowed[:, None])
 
     def factors(self, q: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, broadcast_states, states_of
 from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import Batch, Program
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -291,9 +291,9 @@ def _program(arm: RobotArm, names: tuple[str, ...], outputs: tuple[str, ...]) ->
 
 
 @lru_cache(maxsize=4)
-def _batch(program: Program, count: int, thread: int) -> Batch:
-    """Memory of a program; every thread needs its own."""
-    return Batch(program, count)
+def _runner(program: Program, at_once: int, thread: int) -> Callable[..., FloatArray]:
+    """Run a program in memory that is kept; every thread needs its own."""
+    return program.runner(at_once)
 
 
 def _run(
@@ -307,11 +307,11 @@ def _run(
     count, kinds = states[0].shape[-1], ("q", "qd", "qdd")
     rows = [row for array in out.values() for row in array.reshape(-1, count)]
     inputs = {f"{kind}{i + 1}": row for kind, x in zip(kinds, states, strict=True) for i, row in enumerate(x)}
-    batch = _batch(_program(arm, tuple(names), tuple(out)), min(count, CHUNK), get_ident())
-    for start, chunk in zip(range(0, count, CHUNK), batch.blocks(count), strict=True):
-        batch.at({name: row[chunk] for name, row in inputs.items()}, [row[chunk] for row in rows])
+    run = _runner(_program(arm, tuple(names), tuple(out)), min(count, CHUNK), get_ident())
+    for chunk in chunks(count):
+        run({name: row[chunk] for name, row in inputs.items()}, [row[chunk] for row in rows])
         if progress is not None:
-            progress(chunk.stop - start)
+            progress(chunk.stop - chunk.start)
 
 
 def contributions_program(arm: RobotArm, drives: bool) -> Program:

@@ -138,7 +138,7 @@ class C(Language):
         constants, main = subject.constants, subject.functions[0]
         if self.single:
             constants = {key: constant.in_single for key, constant in constants.items()}
-        many = self._inside(main.with_sums(in_pairs=True))
+        many = self._inside(main.with_sums)
         return {
             "n": subject.n,
             "scalar": self.scalar,
@@ -164,7 +164,7 @@ class C(Language):
 
     def one_by_one(self, function: Function) -> Inside:
         """Body for one state: sums are used only if they save a whole block of angles."""
-        candidates = map(self._inside, (function, function.with_sums(in_pairs=True)))
+        candidates = map(self._inside, (function, function.with_sums))
         return min(candidates, key=lambda candidate: -(-candidate.n_angles // _ANGLES_AT_ONCE))
 
     def _inside(self, function: Function) -> Inside:

@@ -18,9 +18,9 @@ from gd_analyze.dynamics.drivetrain import coulomb_friction, has_friction, visco
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.errors import ModelError, UsageError, require_type
+from gd_analyze.exporting.angles import with_sums
 from gd_analyze.exporting.names import LONGEST_NAME, identifier, identifiers
 from gd_analyze.motions.states import states_in_box
-from gd_analyze.operations.angles import with_sums
 from gd_analyze.operations.functions import (
     Functions,
     coriolis_matrix_program,
@@ -79,9 +79,10 @@ class Function:
         """Operations of one evaluation."""
         return self.program.count
 
-    def with_sums(self, *, in_pairs: bool = False) -> Function:
+    @property
+    def with_sums(self) -> Function:
         """Compute sines and cosines of sums from those of the summands, see `angles.with_sums`."""
-        return replace(self, program=with_sums(self.program, in_pairs=in_pairs))
+        return replace(self, program=with_sums(self.program))
 
     @property
     def inputs(self) -> list[Input]:

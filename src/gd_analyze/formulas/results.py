@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-import re
-import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.formulas.formula import Product
 from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Written, formatted
 from gd_analyze.formulas.languages import equation_part as written_equations
-from gd_analyze.formulas.writing import base_formula, element_formula, exponents, factor_legend, powers
-from gd_analyze.harmonics.equations import Equation, EquationTerm, each_equation, harmonics_for
+from gd_analyze.formulas.scripts import (
+    comment,
+    factor_documents,
+    sympy_factors,
+    sympy_name,
+    sympy_sum,
+    sympy_symbols,
+    variable_names,
+)
+from gd_analyze.formulas.writing import base_formula, element_formula, factor_legend, powers
+from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
-from gd_analyze.text import visible
-
-# Beginning and end of a comment in each format.
-COMMENTS = {"text": ("", ""), "latex": ("% ", ""), "mathml": ("<!-- ", " -->"), "sympy": ("# ", "")}
-# Python's parser accepts a sum of thousands only as arguments of a function.
-MOST_SUMMANDS = 50
 
 
 class WrittenElements(tuple[Equation, ...]):
@@ -96,33 +96,14 @@ def equation_text(equation: Equation, form: str, digits: int, width: int) -> str
 
 def sympy_head(n_joints: int) -> str:
     """Beginning of a SymPy script: imports and symbols."""
-    names = [f"q{j + 1}" for j in range(n_joints)]
-    return (
-        "from sympy import Add, cos, sin, symbols\n\n"
-        f"({', '.join(names)}{',' if n_joints == 1 else ''}) = symbols({' '.join(names)!r}, "
-        "real=True, seq=True)\n\n"
-    )
+    lines = ("from sympy import Add, cos, sin, symbols", "", *sympy_symbols(variable_names(n_joints)), "")
+    return "".join(f"{line}\n" for line in lines)
 
 
 def sympy_line(equation: Equation) -> str:
     """Definition of an element in a script, with every digit of the coefficients."""
-    # Python names cannot contain the comma between indices of two digits.
-    left = f"{equation.symbol.replace(',', '_')} = "
-    products = []
-    for term in equation.terms:
-        factors = (
-            f"{_sympy(factor)}**{n}" if n > 1 else _sympy(factor) for factor, n in exponents(term.factors)
-        )
-        products.append("*".join([repr(term.coefficient), *factors]))
-    if len(products) > MOST_SUMMANDS:
-        return f"{left}Add(\n" + "".join(f"    {product},\n" for product in products) + ")"
-    return left + (" + ".join(products).replace("+ -", "- ") or "0")
-
-
-def _sympy(factor: Factor) -> str:
-    angles = [f"{m}*q{j + 1}" for j, m in enumerate(factor.multiples) if m]
-    argument = re.sub(r"\b1\*", "", " + ".join(angles)).replace("+ -", "- ")
-    return argument if factor.kind == "power" else f"{factor.kind}({argument})"
+    products = ["*".join([repr(term.coefficient), *sympy_factors(term.factors)]) for term in equation.terms]
+    return sympy_sum(sympy_name(equation.symbol), products or ["0"])
 
 
 @dataclass
@@ -153,26 +134,21 @@ class Heading:
         if self.has_christoffel:
             units += "; h_i is the sum over j and k of h_ijk qd_j qd_k, and h_ikj = h_ijk"
         legend = ", ".join(Plain().legend(factor_legend(self.factors)))
-        before, after = COMMENTS[self.form]
-        room, out = self.width - len(before) - len(after), ""
-        for text in filter(None, (f"{arm.title or arm.name}: {self.terms} terms{cut}", units, legend)):
-            # Two hyphens would end an XML comment.
-            safe = re.sub("-(?=-)", "- ", text) if self.form == "mathml" else text
-            out += "".join(f"{before}{piece}{after}\n" for piece in textwrap.wrap(f"{visible(safe)}.", room))
-        return f"{out}\n"
+        return comment(
+            (f"{arm.title or arm.name}: {self.terms} terms{cut}", units, legend), self.form, self.width
+        )
 
 
 def equations_result(
     harmonics: Harmonics, elements: Sequence[Equation], terms: int, form: str, body: str, digits: int
 ) -> Result:
     """Facts of the exact equations, and a table of terms for each of the elements."""
-
-    def document(term: EquationTerm) -> dict[str, Any]:
-        factors = [factor._asdict() | {"exponent": power} for factor, power in exponents(term.factors)]
-        return asdict(term) | {"factors": factors}
-
     arm = harmonics.arm
-    documents = [asdict(equation) | {"terms": [*map(document, equation.terms)]} for equation in elements]
+    documents = [
+        asdict(equation)
+        | {"terms": [asdict(term) | {"factors": factor_documents(term.factors)} for term in equation.terms]}
+        for equation in elements
+    ]
     return Result(
         title=f"{arm.title or arm.name}: exact equations",
         facts=(

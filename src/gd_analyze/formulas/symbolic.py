@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import textwrap
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import groupby
@@ -12,13 +10,21 @@ from typing import Any
 from gd_analyze.formulas import formula as parts
 from gd_analyze.formulas.formula import NO_PIECES, CircularFunction, Formula, Piece, Power, Product, Symbol
 from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Printer
-from gd_analyze.formulas.results import COMMENTS, MOST_SUMMANDS
+from gd_analyze.formulas.scripts import (
+    comment,
+    factor_documents,
+    sympy_factors,
+    sympy_name,
+    sympy_sum,
+    sympy_symbols,
+    variable_names,
+)
 from gd_analyze.formulas.writing import QUANTITIES, exponents, factor_legend, part_symbol, powers
 from gd_analyze.harmonics.arm_symbols import ArmSymbol
 from gd_analyze.harmonics.symbolic import SymbolicElement, SymbolicEquations, SymbolicTerm, each_group
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.result import Fact, Result
-from gd_analyze.text import pretty, visible
+from gd_analyze.text import pretty
 
 # Coefficients are sums of halves, quarters, ...: all their digits are written.
 _ALL_DIGITS = 17
@@ -132,24 +138,16 @@ def _heading(equations: SymbolicEquations, form: str, width: int) -> str:
             if factor.joints[0] < n
         }
         sentences.append(", ".join(Plain().legend(factor_legend(factors))))
-    before, after = COMMENTS[form]
-    out = ""
-    for sentence in filter(None, sentences):
-        # Two hyphens would end an XML comment.
-        safe = re.sub("-(?=-)", "- ", sentence) if form == "mathml" else sentence
-        room = width - len(before) - len(after)
-        out += "".join(f"{before}{line}{after}\n" for line in textwrap.wrap(f"{visible(safe)}.", room))
-    return f"{out}\n"
+    return comment(sentences, form, width)
 
 
 def _script(equations: SymbolicEquations) -> Iterator[str]:
     """Lines of a SymPy script: symbols, their values, and the elements by effect."""
-    variables = [f"q{j + 1}" for j in range(equations.arm.n_joints)]
     names = [symbol.name for symbol in equations.symbols]
     yield "from sympy import Add, Integer, cos, sin, symbols"
     yield ""
-    yield from _definition(variables)
-    yield from _definition(names)
+    yield from sympy_symbols(variable_names(equations.arm.n_joints))
+    yield from sympy_symbols(names)
     yield ""
     yield "# The arm's numbers, SI units."
     yield "values = {"
@@ -159,51 +157,25 @@ def _script(equations: SymbolicEquations) -> Iterator[str]:
     yield ""
     labels: dict[str, list[str]] = {}
     for element in equations.elements:
-        # Python names cannot contain the comma between indices of two digits.
-        label = element.label.replace(",", "_")
+        label = sympy_name(element.label)
         name = f"{label}_{element.effect}" if element.effect else label
         labels.setdefault(label, []).append(name)
-        products = [_product(term, equations) for term in element.terms]
-        if len(products) > MOST_SUMMANDS:
-            yield f"{name} = Add("
-            yield from (f"    {product}," for product in products)
-            yield ")"
-        else:
-            yield f"{name} = {' + '.join(products).replace('+ -', '- ') or 'Integer(0)'}"
+        yield sympy_sum(name, [_product(term, equations) for term in element.terms] or ["Integer(0)"])
         if element.effect == "rotation":
-            yield f"{label} = {' + '.join(labels[label])}"
-
-
-def _definition(names: list[str]) -> Iterator[str]:
-    """Definitions of real symbols, ten in a line."""
-    for start in range(0, len(names), 10):
-        line = names[start : start + 10]
-        yield f"({', '.join(line)},) = symbols({' '.join(line)!r}, real=True, seq=True)".replace("'", '"')
+            yield sympy_sum(label, labels[label])
 
 
 def _product(term: SymbolicTerm, equations: SymbolicEquations) -> str:
     """One term in Python, its coefficient as an exact fraction."""
-    factors = [_power(symbol.name, exponent) for symbol, exponent in _ordered(term)]
-    names = [f"q{j + 1}" for j in range(equations.arm.n_joints)]
-    names += [angle.name for angle in equations.angles]
-    for factor, exponent in exponents(term.factors):
-        summands: list[str] = []
-        for joint in factor.joints:
-            multiple = factor.multiples[joint]
-            sign = "-" if multiple < 0 else "+" if summands else ""
-            summands.append(f"{sign}{'' if abs(multiple) == 1 else f'{abs(multiple)}*'}{names[joint]}")
-        argument = "".join(summands)
-        factors.append(_power(argument if factor.kind == "power" else f"{factor.kind}({argument})", exponent))
+    powers_of_symbols = ((symbol.name, exponent) for symbol, exponent in _ordered(term))
+    factors = [f"{name}**{exponent}" if exponent > 1 else name for name, exponent in powers_of_symbols]
+    factors += sympy_factors(term.factors, [angle.name for angle in equations.angles])
     weight = Fraction(term.coefficient)
     size = abs(weight.numerator)
     if size != 1 or not factors:
         factors.insert(0, f"Integer({size})" if not factors else str(size))
     quotient = "" if weight.denominator == 1 else f"/{weight.denominator}"
     return f"{'-' if weight < 0 else ''}{'*'.join(factors)}{quotient}"
-
-
-def _power(base: str, exponent: int) -> str:
-    return base if exponent == 1 else f"{base}**{exponent}"
 
 
 def symbolic_equations_result(equations: SymbolicEquations, form: str, written: str) -> Result:
@@ -215,7 +187,7 @@ def symbolic_equations_result(equations: SymbolicEquations, form: str, written: 
             {
                 "coefficient": term.coefficient,
                 "symbols": {symbol.name: exponent for symbol, exponent in term.symbols},
-                "factors": [factor._asdict() | {"exponent": k} for factor, k in exponents(term.factors)],
+                "factors": factor_documents(term.factors),
             }
             for term in element.terms
         ]

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.harmonics.terms import CANCELLED_SHARE, Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import Torques, TorqueTerm, Velocity, summed
 from gd_analyze.robots.arm import RobotArm
 
 
@@ -130,18 +130,17 @@ class AbsoluteVelocities:
         """The same torques as terms of tau in the joints' own velocities and accelerations."""
         if not self.before:  # every joint forms its own run
             return torques
+        return summed((weight, self._in_joint_velocities(term)) for term, weight in torques.items())
+
+    def _in_joint_velocities(self, term: TorqueTerm) -> Torques:
         out: dict[TorqueTerm, float] = defaultdict(float)
-        sizes: dict[TorqueTerm, float] = defaultdict(float)
-        for (row, velocities, monomial), weight in torques.items():
-            of_velocities = [self.inboard(velocity.joint) for velocity in velocities]
-            for carrier, *signed_joints in itertools.product(self.inboard(row), *of_velocities):
-                pairs = zip(velocities, signed_joints, strict=True)
-                moving = tuple(sorted(Velocity(old.order, new.joint) for old, new in pairs))
-                term = TorqueTerm(carrier.joint, moving, monomial)
-                out[term] += math.prod((signed.sign for signed in signed_joints), start=carrier.sign * weight)
-                sizes[term] += abs(weight)
-        # Terms that cancel leave the round-off of their summands.
-        return {term: weight for term, weight in out.items() if abs(weight) > CANCELLED_SHARE * sizes[term]}
+        of_velocities = [self.inboard(velocity.joint) for velocity in term.velocities]
+        for carrier, *signed_joints in itertools.product(self.inboard(term.row), *of_velocities):
+            pairs = zip(term.velocities, signed_joints, strict=True)
+            moving = tuple(sorted(Velocity(old.order, new.joint) for old, new in pairs))
+            signs = (signed.sign for signed in (carrier, *signed_joints))
+            out[TorqueTerm(carrier.joint, moving, term.monomial)] += math.prod(signs)
+        return out
 
 
 def _sum(a: Any, sign: int, b: Any) -> Any:

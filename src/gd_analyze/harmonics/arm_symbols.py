@@ -104,7 +104,8 @@ class ArmSymbols:
         """A `SymbolicArm` from a joint on (from 0), and variables, the first at zero: (n - first, 1)."""
         joints = self._joints[first:]
         joints[0] = SimpleNamespace(placement=Placement(), axis=joints[0].axis)
-        q: list[Any] = [_Zero(), *(self._variable(j) for j in range(first + 1, self.arm.n_joints))]
+        at_zero = _Variable(0.0, 1.0, 0.0)
+        q = [at_zero, *(self._variable(j) for j in range(first + 1, self.arm.n_joints))]
         arm = SymbolicArm(joints, self._links[first:], self.arm.is_revolute[first:])
         return arm, np.array([[variable] for variable in q], dtype=object)
 
@@ -113,8 +114,11 @@ class ArmSymbols:
         q = [[self._variable(j)] for j in range(self.arm.n_joints)]
         return SymbolicArm(self._joints, self._links, self.arm.is_revolute), np.array(q, dtype=object)
 
-    def _variable(self, joint: int) -> Any:
-        return _Angle(joint) if self.arm.is_revolute[joint] else _Distance(joint)
+    def _variable(self, joint: int) -> _Variable:
+        if self.arm.is_revolute[joint]:
+            return _Variable(None, SymbolicNumber.cosine(joint), SymbolicNumber.sine(joint))
+        # Nothing uses the cosine and sine that are taken of a distance.
+        return _Variable(SymbolicNumber.variable(joint), math.nan, math.nan)
 
     def _other(self, value: float, letter: str, index: str, unit: str) -> SymbolicNumber | float:
         """A symbol for a number that is not zero."""
@@ -206,54 +210,24 @@ class ArmSymbols:
         return _placed(out, translation)
 
 
-class _Angle:
-    """A revolute joint's variable: the array code takes only its cosine and sine."""
+class _Variable:
+    """A joint's variable: the array code takes cosine and sine of one, and multiplies by the value."""
 
-    def __init__(self, joint: int) -> None:
-        self._joint = joint
+    def __init__(self, value: Any, cosine: Any, sine: Any) -> None:
+        self._value, self._cosine, self._sine = value, cosine, sine
 
-    def cos(self) -> SymbolicNumber:
-        """Cosine, as `numpy.cos` takes it of objects."""
-        return SymbolicNumber.cosine(self._joint)
-
-    def sin(self) -> SymbolicNumber:
-        """Sine, as `numpy.sin` takes it of objects."""
-        return SymbolicNumber.sine(self._joint)
-
-
-class _Distance:
-    """A prismatic joint's variable: it multiplies, and nothing uses the cosine and sine that are taken."""
-
-    def __init__(self, joint: int) -> None:
-        self._value = SymbolicNumber.variable(joint)
-
-    def __mul__(self, other: Any) -> SymbolicNumber:
+    def __mul__(self, other: Any) -> Any:
         return self._value * other
 
     __rmul__ = __mul__
 
-    def cos(self) -> float:
-        """Unused."""
-        return math.nan
+    def cos(self) -> Any:
+        """Cosine, as `numpy.cos` takes it of objects."""
+        return self._cosine
 
-    sin = cos
-
-
-class _Zero:
-    """A joint's variable at zero."""
-
-    def __mul__(self, other: Any) -> float:
-        return 0.0
-
-    __rmul__ = __mul__
-
-    def cos(self) -> float:
-        """Cosine of zero."""
-        return 1.0
-
-    def sin(self) -> float:
-        """Sine of zero."""
-        return 0.0
+    def sin(self) -> Any:
+        """Sine, as `numpy.sin` takes it of objects."""
+        return self._sine
 
 
 def _composed(inner: Placement, outer: Placement) -> Placement:

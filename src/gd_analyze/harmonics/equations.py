@@ -8,8 +8,6 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from gd_analyze.arrays import falling, members
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
 from gd_analyze.errors import ArmError, UsageError
@@ -152,20 +150,23 @@ def _equation(
     noise = harmonics.noise[1] if kind == "c" else harmonics.noise[0] * (DEGREE if kind == "h" else 1)
     of_kind: dict[str, Callable[..., Products]]
     of_kind = {"D": products.inertia, "h": products.christoffel, "c": products.gravity_loading}
-    monomials, weights = of_kind[kind](*indices)
-    if len(monomials) > most:
+    weights = of_kind[kind](*indices)
+    if len(weights) > most:
         raise ArmError(
             f"all equations of arm {arm.name} are too long to be written out",
             where=f"arm {arm.name}",
             expected=f"elements of at most {most} terms",
-            found=f"{kind}{joined(indices)} alone has {len(monomials)}",
+            found=f"{kind}{joined(indices)} alone has {len(weights)}",
             next_step=f"name elements, such as --element {kind}{joined(indices)} --min-share 1%",
         )
-    sizes = np.abs(weights[:, 0]) * [_largest_value(arm, factors) for factors in monomials]
-    shares = sizes / sizes.max(initial=0.0)
-    large = np.flatnonzero(shares >= min_share)
-    rows = zip(large.tolist(), weights[large].tolist(), shares[large].tolist(), strict=True)
-    terms = [_term(monomials[place], row, noise, share) for place, row, share in rows]
+    sizes = {factors: abs(float(row[0])) * _largest_value(arm, factors) for factors, row in weights.items()}
+    largest = max(sizes.values(), default=0.0)
+    shares = {factors: size / largest for factors, size in sizes.items()}
+    terms = [
+        _term(factors, weights[factors].tolist(), noise, share)
+        for factors, share in shares.items()
+        if share >= min_share
+    ]
     terms.sort(key=lambda term: (falling(term.share), term.factors))
     return Equation(kind + joined(indices), unit, tuple(terms))
 

@@ -11,7 +11,7 @@ degree, which could hide between states, is refused or answered by more states.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from operator import add
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ModelError
 from gd_analyze.harmonics.expansion import HIGHEST_DEGREE, magnitudes, no_torque
 from gd_analyze.motions.states import States
-from gd_analyze.operations.program import Batch, Program, program_inputs
+from gd_analyze.operations.program import Program, program_inputs
 
 # Difference of a coefficient of 1, qdd_j or qd_j qd_k that is to be found, as a share of the joint's torque.
 LEAST_DIFFERENCE = 1e-3
@@ -128,12 +128,12 @@ def largest_difference(
     hide in its rounding.
     """
     difference, size = (np.zeros(len(reference.outputs)) for _ in range(2))
-    batches: list[Batch] = []
+    runners: list[Callable[..., FloatArray]] = []
     with np.errstate(all="ignore"), suppress(ModelError):
         for states in telling_states((program, reference), is_revolute, closeness):
-            batches = batches or [Batch(compared, len(states)) for compared in (program, reference)]
+            runners = runners or [compared.runner(len(states)) for compared in (program, reference)]
             inputs = program_inputs(states)
-            torque, reference_torque = (batch.at(inputs) for batch in batches)
+            torque, reference_torque = (run(inputs) for run in runners)
             difference = np.maximum(difference, np.abs(torque - reference_torque).max(axis=1))
             size = np.maximum(size, np.abs(reference_torque).max(axis=1))
         unit = np.ones(len(is_revolute))

@@ -17,11 +17,10 @@ import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, falling
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.products import to_products
 from gd_analyze.harmonics.terms import (
@@ -33,6 +32,8 @@ from gd_analyze.harmonics.terms import (
     Torques,
     TorqueTerm,
     Velocity,
+    accumulated,
+    summed,
 )
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
@@ -105,10 +106,11 @@ def potential_products(
 def _products(
     polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float, deciding: int
 ) -> dict[Monomial, FloatArray]:
-    """Products with a weight above the noise in any of the deciding polynomials."""
-    terms = to_products(polynomial, velocities, noise, deciding).terms()
+    """Those with a weight above the noise in any of the deciding polynomials; the first's largest first."""
+    products = to_products(polynomial, velocities, noise, deciding)
+    ordered = sorted(products.items(), key=lambda item: (falling(item[1][0]), item[0]))
     # Rewriting may leave noise of terms that cancel.
-    return {monomial: weight for monomial, weight in terms.items() if np.abs(weight[:deciding]).max() > noise}
+    return {monomial: weight for monomial, weight in ordered if np.abs(weight[:deciding]).max() > noise}
 
 
 def _without_round_off(terms: dict[EnergyTerm, float]) -> dict[EnergyTerm, float]:
@@ -149,32 +151,12 @@ def torques_of_energies(energies: Energies, velocities: AbsoluteVelocities) -> d
     return summed((coefficient, torques_of(term, velocities)) for term, coefficient in energies.items())
 
 
-def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
-    """Sum of torque terms, each source times its factor; those that cancel are left out."""
-    sums, sizes = _accumulated(sources)
-    return {key: weight for key, weight in sums.items() if abs(weight) > CANCELLED_SHARE * sizes[key]}
-
-
 def summed_per_unit(sources: Iterable[tuple[FloatArray, Torques]]) -> dict[TorqueTerm, FloatArray]:
-    """The same for factors of several parameters, shape (parameters,); weights that cancel are zero."""
-    sums, sizes = _accumulated(sources)
+    """Sum of torque terms, each source times a factor per parameter; weights that cancel are zero."""
+    sums, sizes = accumulated(sources)
     return {
         key: np.where(abs(weight) > CANCELLED_SHARE * sizes[key], weight, 0.0) for key, weight in sums.items()
     }
-
-
-def _accumulated(
-    sources: Iterable[tuple[Any, Torques]],
-) -> tuple[dict[TorqueTerm, Any], dict[TorqueTerm, Any]]:
-    """Sums of the weights of every term, and of their magnitudes."""
-    sums: dict[TorqueTerm, Any] = defaultdict(float)
-    sizes: dict[TorqueTerm, Any] = defaultdict(float)
-    for factor, torques in sources:
-        for key, weight in torques.items():
-            summand = factor * weight
-            sums[key] += summand
-            sizes[key] += abs(summand)
-    return sums, sizes
 
 
 def _pair(j: int, k: int) -> tuple[Velocity, Velocity]:

@@ -7,13 +7,13 @@ forms are exact; the second has fewer terms or simpler ones.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import Array, FloatArray, falling
+from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Factor, FactorKind, Monomial, half_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial, numbers
@@ -22,59 +22,14 @@ from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomia
 _MOST_CHOICES = 2**10
 
 
-@dataclass(frozen=True, eq=False)
-class ProductTable:
-    """K sums over the same T products, of which an arm has up to 10^5."""
-
-    names: tuple[tuple[Monomial, ...], ...]  # distinct monomials of every run of joints
-    codes: NDArray[np.int64]  # (T, runs), index of each product's monomial; rows are distinct
-    weights: FloatArray  # (T, K)
-
-    def __len__(self) -> int:
-        return len(self.codes)
-
-    def only(self, chosen: NDArray[np.bool_]) -> ProductTable:
-        """Keep the chosen products."""
-        return ProductTable(self.names, self.codes[chosen], self.weights[chosen])
-
-    def rewritten(
-        self, r: int, names: Sequence[Monomial], codes: NDArray[np.int64], weights: FloatArray
-    ) -> ProductTable:
-        """Table of other products, with other names for run r."""
-        return ProductTable((*self.names[:r], tuple(names), *self.names[r + 1 :]), codes, weights)
-
-    def groups(self, r: int) -> NDArray[np.int64]:
-        """Group numbers of products that are equal in all runs but r, by first occurrence, shape (T,)."""
-        if len(self.names) == 1:
-            return np.zeros(len(self), dtype=np.int64)
-        other_codes = numbers(np.delete(self.codes, r, axis=1))
-        _, first, group = np.unique(other_codes, return_index=True, return_inverse=True)
-        return np.argsort(np.argsort(first))[group]
-
-    def monomials(self) -> list[Monomial]:
-        """Every product as one monomial."""
-        return [
-            tuple(sorted(factor for name, k in zip(self.names, code, strict=True) for factor in name[k]))
-            for code in self.codes.tolist()
-        ]
-
-    def terms(self) -> dict[Monomial, FloatArray]:
-        """Weights (K,) by monomial, the largest of the first sum first."""
-        pairs = zip(self.monomials(), self.weights, strict=True)
-        return dict(sorted(pairs, key=lambda item: (falling(item[1][0]), item[0])))
-
-    def largest(self, values: Sequence[Sequence[float]]) -> FloatArray:
-        """Largest value of every product, given that of every run's monomials, shape (T,)."""
-        out = np.ones(len(self))
-        for value, code in zip(values, self.codes.T, strict=True):
-            out *= np.array(value)[code]
-        return out
+# The factors of every run of joints.
+_Product = tuple[Monomial, ...]
 
 
 def to_products(
     polynomial: TrigonometricPolynomial, velocities: AbsoluteVelocities, noise: float = 0.0, deciding: int = 1
-) -> ProductTable:
-    """Write K polynomials exactly in the same products of sines and cosines.
+) -> dict[Monomial, FloatArray]:
+    """Write K polynomials exactly in the same products of sines and cosines: weights (K,) by product.
 
     The first polynomial is the sum to shorten; others, such as its effects or links, follow it, and what they
     have beside its products is left as it is. Harmonics up to `noise`, the largest weight from round-off, in
@@ -82,14 +37,11 @@ def to_products(
     """
     keys, weights = _split(polynomial, velocities)
     is_above = (np.abs(weights[:deciding]) > noise).any(axis=0)
-    table = _table(keys[is_above], weights.T[is_above], polynomial.prismatic, velocities)
+    products = _named(keys[is_above], weights.T[is_above], polynomial.prismatic, velocities)
     for r, run in enumerate(velocities.runs):
         if not polynomial.prismatic[run[0]]:
-            if has_one_double(table, r):
-                table = _with_squares(table, r, 2 * noise)
-            else:
-                table = _with_products(table, r, 2 * noise, velocities)
-    return table
+            products = _shortened(products, r, 2 * noise, velocities)
+    return {tuple(sorted(itertools.chain(*product))): weight for product, weight in products.items()}
 
 
 def _split(
@@ -129,18 +81,19 @@ def _gathered(keys: NDArray[np.int64], weights: Array) -> tuple[NDArray[np.int64
     return keys[order[starts]], np.add.reduceat(weights[:, order], starts, axis=1)
 
 
-def _table(
+def _named(
     keys: NDArray[np.int64], weights: FloatArray, prismatic: tuple[bool, ...], velocities: AbsoluteVelocities
-) -> ProductTable:
-    names: list[tuple[Monomial, ...]] = []
-    codes = np.empty((len(keys), len(velocities.runs)), dtype=np.int64)
+) -> dict[_Product, FloatArray]:
+    """Weights by product, from the keys of `_split`."""
+    names: list[list[Monomial]] = []
     start = 0
-    for r, run in enumerate(velocities.runs):
+    for run in velocities.runs:
         run_keys = keys[:, start : start + len(run) + 1]
-        _, first, codes[:, r] = np.unique(numbers(run_keys), return_index=True, return_inverse=True)
-        names.append(tuple(_factors(key, run, prismatic) for key in run_keys[first].tolist()))
+        _, first, place = np.unique(numbers(run_keys), return_index=True, return_inverse=True)
+        factors = [_factors(key, run, prismatic) for key in run_keys[first].tolist()]
+        names.append([factors[k] for k in place.tolist()])
         start += len(run) + 1
-    return ProductTable(tuple(names), codes, weights)
+    return dict(zip(zip(*names, strict=True), weights, strict=True))
 
 
 def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) -> Monomial:
@@ -155,70 +108,23 @@ def _factors(key: list[int], run: tuple[int, ...], prismatic: tuple[bool, ...]) 
     return (Factor("sin" if sine else "cos", tuple(part.get(j, 0) for j in joints)),)
 
 
-def has_one_double(table: ProductTable, r: int) -> bool:
-    """Whether run r has at most one joint and one cosine of a double angle: then only squares are tried."""
-    factors = [factor for name in table.names[r] for factor in name]
-    doubles = [name for name in table.names[r] if name and name[0].kind == "cos" and half_of(name)]
-    return len({joint for factor in factors for joint in factor.joints}) <= 1 and len(doubles) <= 1
+def _shortened(
+    products: Mapping[_Product, FloatArray], r: int, close: float, velocities: AbsoluteVelocities
+) -> dict[_Product, FloatArray]:
+    """Rewrite the factors of run r in products that are equal in all others.
 
-
-def _with_squares(table: ProductTable, r: int, close: float) -> ProductTable:
-    """Turn the double angles of a run of one joint into squares and products, in all products at once."""
-    names, codes, weights = list(table.names[r]), table.codes.copy(), table.weights.copy()
-    code, group = codes[:, r], table.groups(r)
-    # Rewritten products come last within their group.
-    place = np.zeros(len(table), dtype=np.int64)
-    for k, name in enumerate(table.names[r]):
-        half = half_of(name)
-        if half is None:
-            continue
-        if name[0].kind == "sin":
-            rows = code == k
-            weights[rows] *= 2.0
-            code[rows], place[rows] = len(names), 1
-            names.append((Factor("cos", half), Factor("sin", half)))
-        elif () in names:
-            constants, doubles = np.flatnonzero(code == names.index(())), np.flatnonzero(code == k)
-            _, at_constant, at_double = np.intersect1d(group[constants], group[doubles], return_indices=True)
-            constants, doubles = constants[at_constant], doubles[at_double]
-            both = (np.abs(weights[constants, 0]) > close / 2.0) & (np.abs(weights[doubles, 0]) > close / 2.0)
-            constants, doubles = constants[both], doubles[both]
-            # w cos 2a = 2 w C^2 - w = w - 2 w S^2: the second form if only it cancels the constant.
-            with_cos, with_sin = (
-                np.abs(weights[constants, 0] - sign * weights[doubles, 0]) <= close for sign in (1.0, -1.0)
-            )
-            signs = np.where(with_sin & ~with_cos, -1.0, 1.0)[:, None]
-            weights[constants] -= signs * weights[doubles]
-            weights[doubles] *= 2.0 * signs
-            code[doubles] = np.where(signs[:, 0] > 0, len(names), len(names) + 1)
-            place[doubles], place[constants] = 2, 3
-            names += [(Factor("cos", half),) * 2, (Factor("sin", half),) * 2]
-    vanished = (place == 3) & (np.abs(weights).max(axis=1, initial=0.0) <= close)
-    order = np.lexsort((place, group))
-    order = order[~vanished[order]]
-    return table.rewritten(r, names, codes[order], weights[order])
-
-
-def _with_products(table: ProductTable, r: int, close: float, velocities: AbsoluteVelocities) -> ProductTable:
-    """Rewrite run r group by group; weights that differ by up to `close` count as equal."""
-    names = {name: k for k, name in enumerate(table.names[r])}
-    codes, weights = [], []
-    for members in _members(table.groups(r)):
-        group = {table.names[r][table.codes[t, r]]: table.weights[t] for t in members}
-        for product, value in _squared(_paired(group, close, velocities), close).items():
-            code = table.codes[members[0]].copy()
-            code[r] = names.setdefault(product, len(names))
-            codes.append(code)
-            weights.append(value)
-    if not codes:
-        return table
-    return table.rewritten(r, [*names], np.array(codes), np.array(weights))
-
-
-def _members(group: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    """Indices of the members of every group."""
-    order = np.argsort(group, kind="stable")
-    return np.split(order, np.flatnonzero(np.diff(group[order])) + 1) if len(order) else []
+    Weights that differ by up to `close` count as equal.
+    """
+    groups: dict[_Product, dict[Monomial, FloatArray]] = defaultdict(dict)
+    for product, weight in products.items():
+        groups[product[:r] + product[r + 1 :]][product[r]] = weight
+    out: dict[_Product, FloatArray] = {}
+    for beside, group in groups.items():
+        if len(velocities.runs[r]) > 1:
+            group = _paired(group, close, velocities)
+        for factors, weight in _squared(group, close).items():
+            out[*beside[:r], factors, *beside[r:]] = weight
+    return out
 
 
 def _paired(
@@ -226,7 +132,7 @@ def _paired(
 ) -> dict[Monomial, FloatArray]:
     """Turn two functions of equal weight, of the sum and difference of two angles, into one product."""
     out = dict(group)
-    for first, second in itertools.combinations(list(group), 2):
+    for first, second in itertools.combinations(group, 2):
         if first not in out or second not in out or not first or not second:
             continue
         (f,), (g,) = first, second
@@ -279,13 +185,16 @@ def _squared(group: dict[Monomial, FloatArray], close: float) -> dict[Monomial, 
     weights = [out.pop(product) for product, _ in doubles]
 
     # w cos 2a = 2 w C^2 - w = w - 2 w S^2: choose so that the constant vanishes if it can.
-    def constant_with(signs: tuple[int, ...]) -> FloatArray:
-        return constant - sum(s * w for s, w in zip(signs, weights, strict=True))
+    first, *others = (float(values[0]) for values in (constant, *weights))
+
+    def is_left(signs: tuple[int, ...]) -> bool:
+        return abs(first - sum(s * w for s, w in zip(signs, others, strict=True))) > close
 
     choices = itertools.islice(itertools.product((1, -1), repeat=len(doubles)), _MOST_CHOICES)
-    best = min(choices, key=lambda signs: (abs(float(constant_with(signs)[0])) > close, -sum(signs)))
+    best = min(choices, key=lambda signs: (is_left(signs), -sum(signs)))
     for (_, half), weight, sign in zip(doubles, weights, best, strict=True):
         out[(Factor("cos" if sign > 0 else "sin", half),) * 2] = 2.0 * sign * weight
-    if float(np.abs(constant_with(best)).max()) > close:
-        out[()] = constant_with(best)
+    constant = constant - sum(s * w for s, w in zip(best, weights, strict=True))
+    if np.abs(constant).max() > close:
+        out[()] = constant
     return out

@@ -13,7 +13,7 @@ from functools import lru_cache
 from itertools import compress, pairwise
 from typing import NamedTuple
 
-from gd_analyze.harmonics.terms import CANCELLED_SHARE, Factor, Monomial, Torques, TorqueTerm, half_of
+from gd_analyze.harmonics.terms import Factor, Monomial, Torques, TorqueTerm, half_of, summed
 
 _Angle = tuple[int, ...]
 # A term without the factors of an angle, and the angle.
@@ -75,12 +75,7 @@ class Squares:
 
     def sum(self, torques: Torques) -> dict[TorqueTerm, float]:
         """Write a sum of terms; those that cancel are left out."""
-        sums, sizes = defaultdict[TorqueTerm, float](float), defaultdict[TorqueTerm, float](float)
-        for term, weight in torques.items():
-            for new, factor in self.written(term).items():
-                sums[new] += factor * weight
-                sizes[new] += abs(factor * weight)
-        return {term: value for term, value in sums.items() if abs(value) > CANCELLED_SHARE * sizes[term]}
+        return summed((weight, self.written(term)) for term, weight in torques.items())
 
 
 @lru_cache

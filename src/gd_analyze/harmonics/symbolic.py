@@ -234,10 +234,9 @@ class _Source:
             digits, _ = digits_of(of_symbols, len(self.symbols.lengths_and_masses))
             pairs = zip(self.symbols.lengths_and_masses, digits, strict=True)
             powers = tuple((symbol, exponent) for symbol, exponent in pairs if exponent)
-            table = to_products(self._polynomial(polynomial), self._velocities)
-            for factors, weights in zip(table.monomials(), table.weights, strict=True):
-                if weights[0]:
-                    groups[factors].append(SymbolicTerm(float(weights[0]), powers, factors))
+            for factors, (weight,) in to_products(self._polynomial(polynomial), self._velocities).items():
+                if weight:
+                    groups[factors].append(SymbolicTerm(float(weight), powers, factors))
         for terms in groups.values():
             terms.sort(key=lambda term: falling(term.number))
         # The largest group first, as the arm's numbers have it.

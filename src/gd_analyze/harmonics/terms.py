@@ -7,8 +7,10 @@ energies are mappings from terms to numbers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Literal, NamedTuple
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
 
 # Share of its summands' magnitudes below which a coefficient counts as cancelled: those of small terms are
 # known to some ten digits.
@@ -41,6 +43,7 @@ class Factor(NamedTuple):
 Monomial = tuple[Factor, ...]
 
 
+@lru_cache(maxsize=1 << 14)
 def half_of(monomial: Monomial) -> tuple[int, ...] | None:
     """Multiples of half the angle of a single sine or cosine of a double angle; otherwise None."""
     if len(monomial) != 1 or monomial[0].kind == "power" or any(m % 2 for m in monomial[0].multiples):
@@ -111,6 +114,26 @@ def quantity_of(velocities: tuple[Velocity, ...]) -> str:
     if not velocities:
         return "gravity_loading"
     return "inertia" if velocities[0].order == 2 else "coriolis_centrifugal"
+
+
+def summed(sources: Iterable[tuple[float, Torques]]) -> dict[TorqueTerm, float]:
+    """Sum of torque terms, each source times its factor; those that cancel are left out."""
+    sums, sizes = accumulated(sources)
+    return {term: weight for term, weight in sums.items() if abs(weight) > CANCELLED_SHARE * sizes[term]}
+
+
+def accumulated(
+    sources: Iterable[tuple[Any, Torques]],
+) -> tuple[dict[TorqueTerm, Any], dict[TorqueTerm, Any]]:
+    """Sums of the weights of every term, and of their magnitudes."""
+    sums: dict[TorqueTerm, Any] = defaultdict(float)
+    sizes: dict[TorqueTerm, Any] = defaultdict(float)
+    for factor, torques in sources:
+        for term, weight in torques.items():
+            summand = factor * weight
+            sums[term] += summand
+            sizes[term] += abs(summand)
+    return sums, sizes
 
 
 def _to_the(power: int) -> str:

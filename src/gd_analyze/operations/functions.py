@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from gd_analyze.operations.program import OperationCount, Program, program_slopes
+from gd_analyze.operations.program import OperationCount, Program, fewest, program_slopes
 from gd_analyze.operations.trace import Expression, Trace, is_constant
 
 
@@ -27,8 +27,7 @@ class Functions(NamedTuple):
 
     def cheapest(self, other: Functions) -> Functions:
         """The program with fewer operations of each function."""
-        pairs = zip(self, other, strict=True)
-        return Functions(*(min(pair, key=lambda program: program.count.total) for pair in pairs))
+        return Functions(*map(fewest, zip(self, other, strict=True)))
 
 
 def functions_of(program: Program, n: int, symmetric: bool = False) -> Functions:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -51,6 +51,12 @@ class OperationCount:
     additions: int
     sines_cosines: int
 
+    @classmethod
+    def of(cls, kinds: Counter[Operation]) -> OperationCount:
+        """Count operations by their kinds."""
+        additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
+        return cls(kinds["multiply"] + kinds["divide"], additions, functions)
+
     @property
     def total(self) -> int:
         """Multiplications plus additions."""
@@ -96,9 +102,7 @@ class Program:
     @property
     def count(self) -> OperationCount:
         """Operations of one evaluation."""
-        kinds = Counter(step.operation for step in self.steps)
-        additions, functions = kinds["add"] + kinds["subtract"], kinds["cos"] + kinds["sin"]
-        return OperationCount(kinds["multiply"] + kinds["divide"], additions, functions)
+        return OperationCount.of(Counter(step.operation for step in self.steps))
 
     def with_values(self, values: Mapping[str, float]) -> Program:
         """Set some inputs to numbers and fold the constants that follow."""
@@ -134,63 +138,56 @@ class Program:
 
     def run(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
         """Outputs on many set points at once, shape (outputs, N), from an array (N,) per input such as q1."""
-        return Batch(self, min(len(next(iter(inputs.values()))), CHUNK)).over(inputs)
+        return self.runner(min(len(next(iter(inputs.values()))), CHUNK))(inputs)
 
+    def runner(self, at_once: int) -> Callable[..., FloatArray]:
+        """A function like `run` that keeps its memory: each step is one array operation on `at_once` states.
 
-class Batch:
-    """A program with memory for a fixed number of states: a call costs one array operation per step.
-
-    Rows of intermediate results are reused as soon as possible, so that they stay in the cache.
-    """
-
-    def __init__(self, program: Program, count: int) -> None:
-        self.count = count
-        self._inputs: dict[str, FloatArray] = {}
-        self._calls: list[tuple[Any, tuple[Any, ...]]] = []
+        Its second argument, if given, are rows to write the outputs into. Rows of intermediate results are
+        reused as soon as possible, so that they stay in the cache.
+        """
+        of_inputs: dict[str, FloatArray] = {}
+        calls: list[tuple[Any, tuple[Any, ...]]] = []
         rows: dict[int, FloatArray] = {}
         free: list[FloatArray] = []
-        last = {x.order: k for k, step in enumerate(program.steps) for x in _expressions(step.arguments)}
-        last |= {x.order: len(program.steps) for x in _expressions(program.outputs)}
+        last = {x.order: k for k, step in enumerate(self.steps) for x in _expressions(step.arguments)}
+        last |= {x.order: len(self.steps) for x in _expressions(self.outputs)}
 
         def of(x: Any) -> FloatArray:
             # An array of one number is faster than the number.
             return rows[x.order] if isinstance(x, Expression) else np.array(float(x))
 
-        for k, step in enumerate(program.steps):
+        for k, step in enumerate(self.steps):
             if step.operation == "input":
-                rows[step.order] = self._inputs[step.arguments[0]] = _row(count)
+                rows[step.order] = of_inputs[step.arguments[0]] = _row(at_once)
                 continue
             arguments = [*map(of, step.arguments)]
-            free += [
-                rows[order] for order in {x.order for x in _expressions(step.arguments)} if last[order] == k
-            ]
-            row = rows[step.order] = free.pop() if free else _row(count)
-            self._calls.append((UFUNCS[step.operation], (*arguments, row)))
-        self._outputs = [of(output) for output in program.outputs]
+            orders = {x.order for x in _expressions(step.arguments)}
+            free += [rows[order] for order in orders if last[order] == k]
+            row = rows[step.order] = free.pop() if free else _row(at_once)
+            calls.append((UFUNCS[step.operation], (*arguments, row)))
+        outputs = [np.broadcast_to(of(output), at_once) for output in self.outputs]
 
-    def blocks(self, count: int) -> Iterator[slice]:
-        """Cut `count` states, at least one block, into blocks; the last may overlap another."""
-        ends = (min(start + self.count, count) for start in range(0, count, self.count or 1))
-        return (slice(end - self.count, end) for end in ends)
+        def run(inputs: Mapping[str, FloatArray], out: Any = None) -> FloatArray:
+            count = len(next(iter(inputs.values())))
+            out = np.empty((len(outputs), count)) if out is None else out
+            for start in range(0, count, max(at_once, 1)):
+                # The last block may be smaller: the rows' ends then keep other states, and are not read.
+                stop = min(start + at_once, count)
+                for name, row in of_inputs.items():
+                    row[: stop - start] = inputs[name][start:stop]
+                for function, arguments in calls:
+                    function(*arguments)
+                for row, output in zip(out, outputs, strict=True):
+                    row[start:stop] = output[: stop - start]
+            return cast("FloatArray", out)
 
-    def over(self, inputs: Mapping[str, FloatArray]) -> FloatArray:
-        """Outputs for at least as many states as there is memory for, see `Program.run`."""
-        count = len(next(iter(inputs.values())))
-        out = np.empty((len(self._outputs), count))
-        for chunk in self.blocks(count):
-            self.at({name: values[chunk] for name, values in inputs.items()}, out[:, chunk])
-        return out
+        return run
 
-    def at(self, inputs: Mapping[str, FloatArray], out: Any = None) -> FloatArray:
-        """Outputs for inputs by name, shape (outputs, count); into the rows `out` if given."""
-        for name, row in self._inputs.items():
-            row[:] = inputs[name]
-        for function, arguments in self._calls:
-            function(*arguments)
-        out = np.empty((len(self._outputs), self.count)) if out is None else out
-        for row, output in zip(out, self._outputs, strict=True):
-            row[:] = output
-        return cast("FloatArray", out)
+
+def fewest(programs: Iterable[Program]) -> Program:
+    """The program of the fewest operations."""
+    return min(programs, key=lambda program: program.count.total)
 
 
 def _expressions(values: Sequence[Any]) -> Iterator[Expression]:

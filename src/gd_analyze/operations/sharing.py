@@ -5,11 +5,10 @@ from __future__ import annotations
 import itertools
 from collections import Counter, defaultdict
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from gd_analyze.operations.extraction import extract
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import Program, fewest
 from gd_analyze.operations.rearrangement import rearrange
 from gd_analyze.operations.sums import EQUAL_WITHIN, Magnitudes, Sums, SumTerms, times, without
 from gd_analyze.operations.trace import Expression, Trace
@@ -55,53 +54,12 @@ def factored(polynomial: Polynomial, value: Callable[[Any], Any]) -> Any:
     return total
 
 
-@dataclass(frozen=True)
-class SharedSums:
-    """Polynomials as sums of products of variables and of one another."""
-
-    variables: tuple[Hashable, ...]  # meaning of the numbers from 0 on
-    # Coefficients by product; -1, -2, .. are the polynomials, numbers beyond the variables are shared sums
-    definitions: Mapping[int, SumTerms]
-    count: int  # number of polynomials
-    operations: int  # multiplications and additions; a change of sign is free
-
-    def values(self, value: Callable[[Any], Any]) -> list[Any]:
-        """Evaluate the polynomials, given a variable's value: a number, an array or an expression."""
-        values: dict[int, Any] = {}
-
-        def of(v: int) -> Any:
-            if v not in values:
-                values[v] = value(self.variables[v]) if 0 <= v < len(self.variables) else total(v)
-            return values[v]
-
-        def total(v: int) -> Any:
-            # Positive terms come first; if there are none, the sum is negated last. Otherwise a - b and b - a
-            # would be two operations.
-            terms = sorted(self.definitions.get(v, {}).items(), key=lambda term: term[1] < 0.0)
-            sign = 1.0 if terms and terms[0][1] > 0.0 else -1.0
-            result: Any = 0.0
-            for product, c in terms:
-                term: Any = abs(c)
-                for x in product:
-                    term = of(x) * term
-                result = result + term if c * sign > 0.0 else result - term
-            return sign * result
-
-        return [of(-number) for number in range(1, self.count + 1)]
-
-
-def _shared(sums: Sums, variables: tuple[Hashable, ...], count: int) -> SharedSums:
-    """Copy the present state of some sums."""
-    definitions = {v: dict(terms) for v, terms in sums.terms.items()}
-    return SharedSums(variables, definitions, count, sums.operations)
-
-
-def shared_sums(polynomials: Sequence[Polynomial]) -> SharedSums:
-    """Write polynomials with shared parts, found by extraction."""
+def shared_sums(polynomials: Sequence[Polynomial]) -> Sums:
+    """Write polynomials as sums with shared parts, found by extraction."""
     numbers: dict[Hashable, int] = {}
     for variable in (x for polynomial in polynomials for product in polynomial for x in product):
         numbers.setdefault(variable, len(numbers))
-    sums, equal = Sums([{} for _ in polynomials], len(numbers)), Magnitudes(EQUAL_WITHIN)
+    sums, equal = Sums([*numbers], len(polynomials)), Magnitudes(EQUAL_WITHIN)
     for row, polynomial in enumerate(polynomials, start=1):
         terms: SumTerms = {}
         for variables, c in polynomial.items():
@@ -111,7 +69,7 @@ def shared_sums(polynomials: Sequence[Polynomial]) -> SharedSums:
             if c:
                 sums.add(-row, product, sums.magnitude(equal(c)))
     extract(sums)
-    return _shared(sums, tuple(numbers), len(polynomials))
+    return sums
 
 
 def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
@@ -133,14 +91,12 @@ def rewritten(program: Program, times: int = 1, seed: int = 0) -> Program:
     tries = times * min(MOST_TRIES_OF_PROGRAM, affordable)
     rearrange(sums, tries, partners, seed)
     trace = Trace()
-    shared = _shared(sums, tuple(leaves), len(program.outputs))
-    fewer = Program.of(trace, shared.values(program.folded(trace, {})))
-    return min(program, fewer, key=lambda candidate: candidate.count.total)
+    return fewest([program, Program.of(trace, sums.values(program.folded(trace, {})))])
 
 
 def _sums_of(program: Program, leaves: list[Expression]) -> Sums:
     """Every step as a definition."""
-    sums = Sums([], len(leaves))
+    sums = Sums(leaves, len(program.outputs))
     number = {leaf.order: k for k, leaf in enumerate(leaves)}
 
     def of(x: Any) -> SumTerms:

@@ -1,4 +1,4 @@
-"""Sums of products with shared variables: changed term by term, reversible, and always counted.
+"""Sums of products with shared parts: changed term by term, reversible, always counted, and evaluated.
 
 Every defined variable is a sum of products of inputs and other defined variables. An index lists what occurs
 in several terms: pairs of terms that are equal up to a common product and factor, and products of two
@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import bisect
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 _V = TypeVar("_V")
 
@@ -127,8 +127,10 @@ def _products(monomial: VariableProduct, coefficient: float) -> tuple[PairProduc
 class Sums:
     """Definitions of variables: outputs are numbered -1, -2, .., inputs from 0 to `first` - 1."""
 
-    def __init__(self, outputs: Iterable[Mapping[VariableProduct, float]], first: int) -> None:
-        self.first = first
+    def __init__(self, inputs: Sequence[Hashable], outputs: int) -> None:
+        self.inputs = tuple(inputs)  # meaning of the numbers from 0 on
+        self.outputs = outputs
+        self.first = len(self.inputs)
         self.terms: dict[int, SumTerms] = {}
         self.users: defaultdict[int, Counter[int]] = defaultdict(Counter)
         self.pairs: defaultdict[
@@ -140,11 +142,8 @@ class Sums:
         self.touched: dict[TermPair | PairProduct | int, None] = {}
         self.changed: dict[int, None] = {}
         self.magnitude = Magnitudes(_ROUND_OFF)
-        self._next = first
+        self._next = self.first
         self._log: list[tuple[int, VariableProduct, float]] = []
-        for number, terms in enumerate(outputs, start=1):
-            for monomial, coefficient in terms.items():
-                self.add(-number, monomial, self.magnitude(coefficient))
 
     @property
     def defined(self) -> list[int]:
@@ -195,6 +194,30 @@ class Sums:
                             self.add(user, times(cofactor, inner), self.magnitude(coefficient * factor))
         for monomial in definition:
             self.put(v, monomial, 0.0)
+
+    def values(self, value: Callable[[Any], Any]) -> list[Any]:
+        """Evaluate the outputs, given an input's value: a number, an array or an expression."""
+        values: dict[int, Any] = {}
+
+        def of(v: int) -> Any:
+            if v not in values:
+                values[v] = value(self.inputs[v]) if 0 <= v < self.first else total(v)
+            return values[v]
+
+        def total(v: int) -> Any:
+            # Positive terms come first; if there are none, the sum is negated last. Otherwise a - b and b - a
+            # would be two operations.
+            terms = sorted(self.terms.get(v, {}).items(), key=lambda term: term[1] < 0.0)
+            sign = 1.0 if terms and terms[0][1] > 0.0 else -1.0
+            result: Any = 0.0
+            for product, c in terms:
+                term: Any = abs(c)
+                for x in product:
+                    term = of(x) * term
+                result = result + term if c * sign > 0.0 else result - term
+            return sign * result
+
+        return [of(-number) for number in range(1, self.outputs + 1)]
 
     def mark(self) -> None:
         """Make the present state the one that `undo` returns to."""

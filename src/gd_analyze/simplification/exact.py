@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -35,7 +35,7 @@ from gd_analyze.operations.functions import (
     inertia_program,
     motion_program,
 )
-from gd_analyze.operations.program import OperationCount, Program
+from gd_analyze.operations.program import OperationCount, Program, fewest
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import USUAL_GRAVITY, RobotArm
@@ -253,11 +253,6 @@ def _of_own_terms(form: ExactForm, quantity: str, operations: int) -> Iterator[P
     if form.velocities.before:
         in_joints = AbsoluteVelocities.of_joints(form.arm.n_joints)
         yield program_of_terms(quantity, in_joints, form.velocities.in_joint_velocities(torques), effort)
-
-
-def fewest(programs: Iterable[Program]) -> Program:
-    """The program of the fewest operations."""
-    return min(programs, key=lambda program: program.count.total)
 
 
 def _is_shorter_form(program: Program, reference: Program, is_revolute: Sequence[bool]) -> bool:

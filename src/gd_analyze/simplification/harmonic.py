@@ -11,9 +11,9 @@ import numpy as np
 
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.writing import torque_formulas, torque_legend
-from gd_analyze.harmonics.lagrangian import summed, torques_of
+from gd_analyze.harmonics.lagrangian import torques_of
 from gd_analyze.harmonics.squares import Squares
-from gd_analyze.harmonics.terms import Energies, EnergyTerm, Monomial, Torques, TorqueTerm, Velocity
+from gd_analyze.harmonics.terms import Energies, EnergyTerm, Monomial, Torques, TorqueTerm, Velocity, summed
 from gd_analyze.operations.program import Program
 from gd_analyze.simplification.effects import IntegerArray, TermTorques
 from gd_analyze.simplification.exact import ExactForm

@@ -13,7 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import DYNAMICS_QUANTITIES, Factor, Monomial, Torques, TorqueTerm, Velocity
 from gd_analyze.operations.functions import Functions, inertia_program
-from gd_analyze.operations.program import UFUNCS, Program
+from gd_analyze.operations.program import UFUNCS, Program, fewest
 from gd_analyze.operations.sharing import factored, shared_sums
 from gd_analyze.operations.trace import Trace
 
@@ -138,7 +138,7 @@ def _program_of_terms(
     programs = [nested_program(velocities, weights)]
     if len(weights) <= effort:
         programs += [nested_program(velocities, weights, in_line=True), _shared_program(velocities, weights)]
-    program = min(programs, key=lambda program: program.count.total)
+    program = fewest(programs)
     return inertia_program(program, velocities.n_joints, symmetric=True) if quantity == "inertia" else program
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from functools import cache, partial
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from gd_analyze.dynamics.pinocchio_check import pinocchio_dynamics, round_off_bo
 from gd_analyze.motions.limits import check_against_arm, require_trajectory_joints
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.counting import count_operations
+from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.result import Column, Fact, Result, Table
@@ -39,13 +39,12 @@ class Cost(NamedTuple):
 @cache
 def count_cost(method: Method, arm: RobotArm) -> Cost:
     """Count one method's torque of an arm, whose numbers are constants; the state is not."""
-    n = arm.n_joints
-    code = partial(method.torque, arm)
-    # A count does not depend on the values.
-    executed = count_operations(code, *np.full((3, n), 0.5))
-    trace = Trace()
-    torque = code(*(trace.inputs(name, n) for name in ("q", "qd", "qdd")))
-    return Cost(executed, Program.of(trace, list(torque[:, 0])).count)
+    tally, trace = Tally(), Trace()
+    _, torque = (
+        method.torque(arm, *(numbers.inputs(name, arm.n_joints) for name in ("q", "qd", "qdd")))
+        for numbers in (tally, trace)
+    )
+    return Cost(tally.count, Program.of(trace, list(torque[:, 0])).count)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from gd_analyze.dynamics.decomposition import (
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.operations.program import Batch, Program
+from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
@@ -203,17 +203,15 @@ class LongMotion:
         all_programs = (form.program, *programs.values())
         values = [(program.folded(trace, {}), program.outputs) for program in all_programs]
         joint = Program.of(trace, [value(output) for value, outputs in values for output in outputs])
-        batch = Batch(joint, min(count, CHUNK))
+        run = joint.runner(min(count, CHUNK))
         largest, squares = np.zeros((2, len(programs), n))
         worst = np.zeros((len(programs), n), dtype=np.intp)
         arrays = {kind: getattr(self.motion, kind) for kind in _KINDS}
         for chunk in chunks(count):
-            # The last block overlaps the one before.
-            block = slice(chunk.stop - batch.count, chunk.stop)
             inputs = {
-                f"{kind}{i + 1}": x for kind, rows in arrays.items() for i, x in enumerate(rows[block].T)
+                f"{kind}{i + 1}": x for kind, rows in arrays.items() for i, x in enumerate(rows[chunk].T)
             }
-            torque = batch.at(inputs)[:, chunk.start - block.start :].reshape(len(all_programs), n, -1)
+            torque = run(inputs).reshape(len(all_programs), n, -1)
             error = torque[1:] - torque[0]
             error[np.abs(error) <= self.round_off] = 0.0
             squares += np.einsum("min,min->mi", error, error)

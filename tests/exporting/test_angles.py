@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gd_analyze.operations.angles import with_sums
+from gd_analyze.exporting.angles import with_sums
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from random_programs import INPUTS, program_of, trees
@@ -59,10 +59,6 @@ def test_two_angles_are_enough(angles_left, signs):
     found = with_sums(program)
     assert found.count.sines_cosines == 2 * angles_left
     assert np.abs(found.run(states(2)) - program.run(states(2))).max() <= FREE
-    few = Program.of(trace, [taken[0].sin(), x.cos()])
-    assert with_sums(few).count == few.count  # it would take more sines than it saves
-    more = Program.of(trace, [x.cos(), y.cos(), (x + y).cos()])
-    angles = {
-        step.arguments[0] for step in with_sums(more, in_pairs=True).steps if step.operation in ("sin", "cos")
-    }
+    cosines = with_sums(Program.of(trace, [x.cos(), y.cos(), (x + y).cos()]))
+    angles = {step.arguments[0] for step in cosines.steps if step.operation in ("sin", "cos")}
     assert len(angles) == 2  # of which sine and cosine come together

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections import defaultdict
 from typing import Any
 
 from gd_analyze.operations.program import Program
@@ -13,11 +12,11 @@ from gd_analyze.operations.trace import Expression, Trace
 _Sum = frozenset[tuple[str, float]]
 
 
-def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
+def with_sums(program: Program) -> Program:
     """Compute sines and cosines of sums, differences and doubles of angles from those of the angles.
 
-    Each takes three operations and saves a sine or cosine; `in_pairs` saves angles, if sine and cosine are
-    computed together. The outputs are equal up to round-off.
+    Each takes three operations and saves an angle, as sine and cosine of one are computed together. The
+    outputs are equal up to round-off.
     """
     sums = _as_sums(program)
     trace = Trace()
@@ -34,26 +33,20 @@ def with_sums(program: Program, *, in_pairs: bool = False) -> Program:
         if step.order in sums:
             values[step.order] = trace.record(step.operation, *map(of, step.arguments))
     angles: dict[_Sum, Any] = {}
-    functions: dict[_Sum, set[str]] = defaultdict(set)
     for step in program.steps:
         angle = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
         if angle is not None:
             angles[angle] = of(step.arguments[0])
-            functions[angle] |= {"sin", "cos"} if in_pairs else {step.operation}
     # Short sums first: the others are built from them.
     ordered = sorted(angles, key=lambda angle: (sum(abs(c) for _, c in angle), angles[angle].order))
     for place, angle in enumerate(ordered):
         pairs[angle] = angles[angle].sin(), angles[angle].cos()
         for first, sign in itertools.product(ordered[:place], (1.0, -1.0)):
             second = _added(angle, first, -1.0) if sign > 0.0 else _added(first, angle, -1.0)
-            if second not in pairs or second == angle:
-                continue
-            if sum(2 - len(functions[summand]) for summand in {first, second}) < len(functions[angle]):
+            if second in pairs and second != angle:
                 (s, c), (sine, cosine) = pairs[first], pairs[second]
                 sine = sign * sine
                 pairs[angle] = s * cosine + c * sine, c * cosine - s * sine
-                for summand in (first, second, angle):
-                    functions[summand] = {"sin", "cos"}
                 break
     for step in program.steps:
         angle = sum_of(step.arguments[0]) if step.operation in ("sin", "cos") else None
