@@ -15,6 +15,7 @@ from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.threads import one_thread
 
 # The verdict as the sentence that begins every answer.
 SENTENCES = {
@@ -50,6 +51,7 @@ class LogVerdict:
         return f"LogVerdict({self.word!r})"
 
 
+@one_thread()
 def log_verdict(arm: RobotArm, motions: Sequence[Trajectory]) -> LogVerdict:
     """Ask for the cause of a disagreement, of one thing wrong; `diagnose` searches for two."""
     try:
