@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import answer, mentioned
 from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
@@ -69,7 +69,8 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file.
 
     They do not agree if there is a cause, a column is of no use, the links must be off by more than a file's
-    usually are, or most of a joint's torque remains.
+    usually are, or most of a joint's torque remains. They agree in part if readings are faulty, or if more
+    remains than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
@@ -78,4 +79,4 @@ def _word_of(diagnosis: Diagnosis) -> Word:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
-    return "agrees in part" if is_unexplained(fit) else "agrees"
+    return "agrees in part" if is_unexplained(fit) or mentioned(diagnosis.faults) else "agrees"
