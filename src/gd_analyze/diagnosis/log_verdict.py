@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.diagnosis.answer import answer, mentioned
+from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
@@ -26,6 +26,8 @@ SENTENCES = {
 }
 # Verdicts of logs that leave something to explain.
 DISPUTED = ("does not agree", "agrees in part")
+# Share of faulty readings of which a verdict takes note; lost messages and spikes of a sound log are fewer.
+_FAULTY_SHARE = 0.02
 Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 
@@ -69,7 +71,7 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file.
 
     They do not agree if there is a cause, a column is of no use, the links must be off by more than a file's
-    usually are, or most of a joint's torque remains. They agree in part if readings are faulty, or if more
+    usually are, or most of a joint's torque remains. They agree in part if many readings are faulty, or more
     remains than a file's usual error leaves.
     """
     fit = diagnosis.after
@@ -79,4 +81,5 @@ def _word_of(diagnosis: Diagnosis) -> Word:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
-    return "agrees in part" if is_unexplained(fit) or mentioned(diagnosis.faults) else "agrees"
+    is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
+    return "agrees in part" if is_faulty or is_unexplained(fit) else "agrees"
