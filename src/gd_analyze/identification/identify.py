@@ -206,18 +206,19 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
     except UsageError:  # nothing moves, of which more is told below
         return ()
     causes = diagnosis.causes
-    are_of_links = all(cause.unsure and not _is_of_another_unit(cause) for cause in causes)
+    # Other links explain a payload, and torques of a scale that drives may have.
+    others = [cause for cause in causes if not cause.unsure or _is_of_another_unit(cause)]
     reason, _, _ = answer(diagnosis).partition(" Use ")
-    if not are_of_links and not anyway:
+    if others and not anyway:
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{typed_together([cause.remedy for cause in causes])}; "
+            next_step=f"{typed_together([cause.remedy for cause in others])}; "
             "--anyway (anyway=True) identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
     is_off = diagnosis.is_far_off or diagnosis.after.off > _MOST_OFF
-    is_doubtful = is_off or not are_of_links
+    is_doubtful = is_off or bool(others)
     is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
     return (reason.removesuffix("."),) if is_doubtful else ()
 

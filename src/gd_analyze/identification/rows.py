@@ -82,7 +82,7 @@ class JointRows:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
 
 
-def columns_of(
+def columns_of_unknowns(
     unknowns: Unknowns, per_unit: FloatArray, own: FloatArray, *, loaded: bool = False
 ) -> FloatArray:
     """Torque of every joint per unit of each unknown, (n, unknowns, N).
@@ -128,7 +128,7 @@ def identification_rows(
         counts = np.diff(starts, append=at.stop - at.start)
         time = np.add.reduceat(motion.time[at], starts) / counts
         own = own_columns(motion.qdd[at].T, signs[at].T, motion.qd[at].T)
-        columns_by_joint = columns_of(unknowns, per_unit, own, loaded=loaded)
+        columns_by_joint = columns_of_unknowns(unknowns, per_unit, own, loaded=loaded)
         for i in range(n):
             sign, torque = signs[at, i], recording.torque[at, i]
             # Both sides are means over the readings that there are, at least half of a window's.
