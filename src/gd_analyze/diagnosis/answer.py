@@ -26,7 +26,6 @@ _POSSIBLE_FALL = 15.0  # fall of the score from which a cause is worth a look th
 # Share of faulty readings that the answer mentions; fewer are in the table alone.
 _MENTIONED_FAULT_SHARE = 0.002
 
-
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
 FOLLOWED = ("position", "velocity", "acceleration", "time")
 

@@ -29,7 +29,6 @@ NUMBERS_OF_JOINT = 4
 MASS_ERROR, COM_ERROR, INERTIA_ERROR = 0.15, 0.15, 0.20
 COM_ERROR_M = 0.008
 
-
 # Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
 _LEAST_GYRATION_SHARE = 0.02
 # Share of a column's sum of squares added to equations of columns that vanish.

@@ -46,7 +46,6 @@ _BLURRED_READINGS = 3  # readings around a fault that its filter blurs
 _DISAGREEING_FACTOR = 1.25
 _FEWEST_READINGS = 40  # least readings of a joint while it moves
 
-
 VELOCITIES = "velocity column"
 
 

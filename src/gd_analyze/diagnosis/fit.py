@@ -25,7 +25,6 @@ _LEAST_RESIDUAL_SHARE = 0.015
 # fault stay below.
 MOST_CHANGES = 40.0
 
-
 _MOST_ROUNDS = 6  # most rounds of weighting joints by the previous residuals
 _SETTLED_CHANGE = 0.05  # relative change of squared residuals below which the rounds end
 _FIRST_NOISE_SHARE = 0.01  # squared residual, as a share of the torque's, to begin with

@@ -25,14 +25,12 @@ _CURVED_OVER = 0.3  # step over which the score's curvature is taken, in plausib
 # Standard deviation of a torque's change at a restart, as a share of its RMS.
 _JUMP_SHARE = 0.3
 
-
 # The search for the direction of gravity, by steps of a tangent.
 _FIRST_TILT = 0.35  # first size of a step
 _LAST_TILT = 0.02  # size of a step at which the search ends
 _WORTHWHILE_FALL = 0.5  # fall of the score worth a step
 _LARGEST_TILT = 3.0  # tangent of the largest tilt from where the search began
 _LEAST_TILT_DEGREES = 1.0  # least tilt that is mentioned
-
 
 # Powers of length in a body's numbers, and its inertia as a share of the square of its distance.
 _POWERS = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])

@@ -16,7 +16,6 @@ from gd_analyze.motions.trajectory import Trajectory
 # with friction, Automatica 30 (1994).
 CREEPING_SHARE = 0.05
 
-
 # A zero-phase low-pass spreads a jump over half a period of its cut-off, where a Butterworth filter
 # leaves some hundredths of it.
 _SETTLING_PERIODS = 0.5
