@@ -21,7 +21,8 @@ _LEAST_SAMPLES_PER_BIN = 5  # samples of each bin, on average
 _FOLLOWED_VARIANCE = 0.3
 # Torque by which the file's links are off, over its own, below which they are as good as right.
 _RIGHT_TORQUE_SHARE = 0.05
-_MUCH_TORQUE_SHARE = 0.5  # the same beyond which files seldom are off
+# The same beyond which files seldom are off: masses and torque constants are off by up to that.
+MUCH_TORQUE_SHARE = 1.0 / 3.0
 _POSSIBLE_FALL = 15.0  # fall of the score from which a cause is worth a look then
 # Share of faulty readings that the answer mentions; fewer are in the table alone.
 _MENTIONED_FAULT_SHARE = 0.002
@@ -73,7 +74,7 @@ def answer(diagnosis: Diagnosis) -> str:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
     texts.append(f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}")
     best = diagnosis.ranking[0] if diagnosis.ranking else None
-    is_much = torque_error > _MUCH_TORQUE_SHARE
+    is_much = torque_error > MUCH_TORQUE_SHARE
     if is_much and best is not None and best.fall > _POSSIBLE_FALL:
         texts.append(f"That is much, so look whether {_begun(best.what)} ({best.remedy}).")
     return " ".join(texts)

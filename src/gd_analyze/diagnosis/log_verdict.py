@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer
 from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
@@ -71,8 +71,8 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file.
 
     They do not agree if there is a cause, a column is of no use, the links must be off by more than a file's
-    usually are, or most of a joint's torque remains. They agree in part if many readings are faulty, or more
-    remains than a file's usual error leaves.
+    usually are, or most of a joint's torque remains. They agree in part if many readings are faulty, the
+    links are off by much, or more remains than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
@@ -82,4 +82,5 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     if not diagnosis.tells:
         return "tells nothing"
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
-    return "agrees in part" if is_faulty or is_unexplained(fit) else "agrees"
+    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    return "agrees in part" if is_in_part else "agrees"

@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
+from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer, faults_in_words, mentioned
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import Fault, without_faults
 from gd_analyze.diagnosis.hypothesis import Candidate
@@ -56,8 +56,6 @@ _CLEAR_RATIO = 1.1  # ratio of two RMS that clearly differ
 # Factor on torques beyond which no links explain it: files that state no drives are off by up to three,
 # N mm, N cm and currents by ten and more.
 _ANOTHER_UNIT_FACTOR = 10.0
-# Torque by which a file's links are off, over its own: masses and torque constants are off by up to that.
-_MOST_OFF = 1.0 / 3.0
 
 
 @strict
@@ -217,7 +215,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
             "--anyway (anyway=True) identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
-    is_off = diagnosis.is_far_off or diagnosis.after.off > _MOST_OFF
+    is_off = diagnosis.is_far_off or diagnosis.after.off > MUCH_TORQUE_SHARE
     is_doubtful = is_off or bool(others)
     is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
     return (reason.removesuffix("."),) if is_doubtful else ()
