@@ -212,11 +212,19 @@ def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
 
 
 def test_the_verdict_on_a_log(good, two_link):
-    """In a word and in sentences: of a sound log, a wrong one, noise beside most of a torque, and of rest."""
+    """In a word and in sentences: of a sound log, a wrong one, noise or limits of a torque, and of rest.
+
+    Single spikes put no log in doubt.
+    """
     time, q, torque = good
     noise = 0.4 * np.sqrt((torque**2).mean(axis=0)) * np.random.default_rng(6).normal(size=torque.shape)
+    spiky = torque.copy()
+    spiky[100::200] *= 30.0
+    clipped = np.clip(torque, *np.quantile(torque, [0.2, 0.8], axis=0))
     for word, logged in (
         ("agrees", good),
+        ("agrees", (time, q, spiky)),
+        ("agrees in part", (time, q, clipped)),
         ("does not agree", (time, q, -torque)),
         ("agrees in part", (time, q, torque + noise)),
         ("tells nothing", (time, np.zeros_like(q), torque)),

@@ -100,6 +100,19 @@ def test_an_arm_that_hangs_is_refused(puma, true, states):
 
 
 @pytest.mark.slow
+def test_what_a_refusal_advises_is_an_option_of_identify(puma, true, states):
+    """A payload, which other links explain, is told beside a reversed torque, and needs no option."""
+    loaded = replace(true, arm=with_payload(true.arm, 3.0, np.array([0.0, 0.0, 0.1]))).log(*states, seed=33)
+    assert loaded.recording is not None
+    with pytest.raises(UsageError) as caught:
+        quietly(puma, with_torque(loaded, loaded.recording.torque * [-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]))
+    told, _, advised = str(caught.value).partition("next: ")
+    assert "carries" in told
+    assert "--torque-sign -1,1,1,1,1,1" in advised
+    assert "--payload" not in advised
+
+
+@pytest.mark.slow
 def test_a_zero_that_is_off_is_told_and_doubted(puma, true, states):
     time, moved = states
     log = true.log(time, moved)

@@ -14,7 +14,7 @@ import gd_analyze as gd
 from gd_analyze import Trajectory, evaluate
 from gd_analyze.errors import ModelError, TrajectoryError, UsageError
 from gd_analyze.studies.box_exits import box_exits, outside_of
-from gd_analyze.studies.evaluation_result import junit_xml
+from gd_analyze.studies.evaluation_result import evaluation_result, junit_xml
 from gd_analyze.tables import states_of
 from gd_analyze.types import Box, ExactForm
 from made_models import ROUND_OFF, exact_model
@@ -117,6 +117,15 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
     error = one.torque - log.recording.torque
     # RMS about nothing, of the same 500 numbers: roundings of their sum.
     np.testing.assert_allclose(one.measured.simplified.rms, np.sqrt((error**2).mean(axis=0)), rtol=1e-9)
+
+
+def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(two_link, rough):
+    """`evaluate` has no option for it; a log that agrees needs none."""
+    hanging = replace(two_link, gravity=-two_link.gravity)
+    for arm, is_told in ((two_link, False), (hanging, True)):
+        evaluation = evaluate(rough, recorded(arm, noise=1e-3))
+        assert ("--gravity" in evaluation.log_verdict.text) == is_told
+        assert any("--gravity" in notice for notice in evaluation_result(evaluation).notices) == is_told
 
 
 @pytest.mark.parametrize(

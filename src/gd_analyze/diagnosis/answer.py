@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,25 +15,17 @@ from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.text import named_joints, percent
 
-
-@dataclass(frozen=True, kw_only=True)
-class _AnswerSettings:
-    """What is worth a sentence of the answer."""
-
-    bins: int = 10  # bins of a quantity that a residual may follow
-    least_samples_per_bin: int = 5  # samples of each bin, on average
-    # Share of the residual's variance that the bins' means explain where it follows the quantity.
-    followed_variance: float = 0.3
-    # Torque by which the file's links are off, over its own, below which they are as good as right.
-    right_torque_share: float = 0.05
-    much_torque_share: float = 0.5  # the same beyond which files seldom are off
-    possible_fall: float = 15.0  # fall of the score from which a cause is worth a look then
-    # Share of faulty readings that the answer mentions; fewer are in the table alone.
-    mentioned_fault_share: float = 0.002
-
-
-_SETTINGS = _AnswerSettings()
-
+_BINS = 10  # bins of a quantity that a residual may follow
+_LEAST_SAMPLES_PER_BIN = 5  # samples of each bin, on average
+# Share of the residual's variance that the bins' means explain where it follows the quantity.
+_FOLLOWED_VARIANCE = 0.3
+# Torque by which the file's links are off, over its own, below which they are as good as right.
+_RIGHT_TORQUE_SHARE = 0.05
+# The same beyond which files seldom are off: masses and torque constants are off by up to that.
+MUCH_TORQUE_SHARE = 1.0 / 3.0
+_POSSIBLE_FALL = 15.0  # fall of the score from which a cause is worth a look then
+# Share of faulty readings that the answer mentions; fewer are in the table alone.
+_MENTIONED_FAULT_SHARE = 0.002
 
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
 FOLLOWED = ("position", "velocity", "acceleration", "time")
@@ -79,12 +70,12 @@ def answer(diagnosis: Diagnosis) -> str:
     torque_error = diagnosis.before.off
     if diagnosis.is_far_off:
         return " ".join([*texts, f"No cause found: {remains} {_FAR_OFF}"])
-    if torque_error < _SETTINGS.right_torque_share:
+    if torque_error < _RIGHT_TORQUE_SHARE:
         return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
     texts.append(f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}")
     best = diagnosis.ranking[0] if diagnosis.ranking else None
-    is_much = torque_error > _SETTINGS.much_torque_share
-    if is_much and best is not None and best.fall > _SETTINGS.possible_fall:
+    is_much = torque_error > MUCH_TORQUE_SHARE
+    if is_much and best is not None and best.fall > _POSSIBLE_FALL:
         texts.append(f"That is much, so look whether {_begun(best.what)} ({best.remedy}).")
     return " ".join(texts)
 
@@ -117,10 +108,23 @@ def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
 def _of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
     """What remains at some joints, from 0, and what it follows."""
     missed = ", ".join(_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor)
-    follows = what_remains_follows(diagnosis.corrected)
-    words = ", ".join(dict.fromkeys(follows[i] or "nothing" for i in poor))
     joints = named_joints([i + 1 for i in poor], diagnosis.arm.n_joints)
-    return f"{missed} of the torque's RMS remains at {joints}; it follows {words}"
+    return f"{missed} of the torque's RMS remains at {joints}; it follows {_followed(diagnosis, poor)}"
+
+
+def _followed(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
+    """Which quantities the residuals of some joints, from 0, follow: "time at joint 3"."""
+    follows = what_remains_follows(diagnosis.corrected)
+    joints_by_quantity: dict[str, list[int]] = {}
+    for i in poor:
+        joints_by_quantity.setdefault(follows[i], []).append(i + 1)
+    if len(joints_by_quantity) == 1:
+        return next(iter(joints_by_quantity)) or "nothing"
+    return " and ".join(
+        f"{quantity} at {named_joints(joints, diagnosis.arm.n_joints)}"
+        for quantity, joints in joints_by_quantity.items()
+        if quantity
+    )
 
 
 def _share_of_torque(remains: float) -> str:
@@ -129,7 +133,7 @@ def _share_of_torque(remains: float) -> str:
 
 def mentioned(faults: Sequence[Fault]) -> list[Fault]:
     """Faults of more than some single readings."""
-    return [fault for fault in faults if fault.share > _SETTINGS.mentioned_fault_share]
+    return [fault for fault in faults if fault.share > _MENTIONED_FAULT_SHARE]
 
 
 def faults_in_words(faults: Sequence[Fault], n: int) -> str:
@@ -156,15 +160,15 @@ def what_remains_follows(problem: Problem) -> list[str]:
             _share(x[is_measured], residual[is_measured])
             for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)
         ]
-        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _SETTINGS.followed_variance else "")
+        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _FOLLOWED_VARIANCE else "")
     return out
 
 
 def _share(x: FloatArray, values: FloatArray) -> float:
     """Share of the variance of values that the means over bins of x explain, adjusted for their number."""
-    if len(values) < _SETTINGS.bins * _SETTINGS.least_samples_per_bin or not (np.ptp(values) and np.ptp(x)):
+    if len(values) < _BINS * _LEAST_SAMPLES_PER_BIN or not (np.ptp(values) and np.ptp(x)):
         return 0.0
-    parts = np.array_split(values[np.argsort(x, kind="stable")], _SETTINGS.bins)
+    parts = np.array_split(values[np.argsort(x, kind="stable")], _BINS)
     inside = sum(float(np.square(part - part.mean()).sum()) for part in parts)
     whole = float(np.square(values - values.mean()).sum())
-    return 1.0 - inside / (len(values) - _SETTINGS.bins) / (whole / (len(values) - 1))
+    return 1.0 - inside / (len(values) - _BINS) / (whole / (len(values) - 1))

@@ -216,16 +216,19 @@ def _fit_together(problem: Problem, first: Candidate, second: Candidate) -> bool
     if max(map(_place, options), default=len(_ORDER)) <= min(map(_place, more), default=len(_ORDER)):
         return True
     # Typed in the other order, they must do the same.
-    one, both = first.correction, second.correction
+    alone, both = first.correction, second.correction
     before = problem.correction
-    moves, turns = both.position @ np.linalg.inv(one.position), one.position @ np.linalg.inv(before.position)
-    later, sooner = both.torque @ np.linalg.inv(one.torque), one.torque @ np.linalg.inv(before.torque)
-    changes_states = not np.array_equal(both.position, one.position) or both.pace != one.pace
+    moves, turns = (
+        both.position @ np.linalg.inv(alone.position),
+        alone.position @ np.linalg.inv(before.position),
+    )
+    later, sooner = both.torque @ np.linalg.inv(alone.torque), alone.torque @ np.linalg.inv(before.torque)
+    changes_states = not np.array_equal(both.position, alone.position) or both.pace != alone.pace
     return (
         np.allclose(moves @ turns, turns @ moves)
         and np.allclose(later @ sooner, sooner @ later)
-        and np.allclose(moves @ one.offset, one.offset)
-        and not (changes_states and (one.added or one.lag))
+        and np.allclose(moves @ alone.offset, alone.offset)
+        and not (changes_states and (alone.added or alone.lag))
     )
 
 
@@ -244,10 +247,10 @@ def rivals_of(cause: Candidate, ranking: Sequence[Candidate], problem: Problem) 
     return tuple(reversed(by_name.values()))[:_MOST_RIVALS]
 
 
-def is_same(one: Candidate, other: Candidate) -> bool:
+def is_same(cause: Candidate, other: Candidate) -> bool:
     """Whether two causes have one consequence: the same score and the same remainder of every joint."""
-    assert one.fit is not None  # judged
+    assert cause.fit is not None  # judged
     assert other.fit is not None  # judged
-    return abs(one.score - other.score) <= _EQUAL_SCORE and np.allclose(
-        one.fit.residuals, other.fit.residuals, rtol=_EQUAL_REMAINDER, equal_nan=True
+    return abs(cause.score - other.score) <= _EQUAL_SCORE and np.allclose(
+        cause.fit.residuals, other.fit.residuals, rtol=_EQUAL_REMAINDER, equal_nan=True
     )

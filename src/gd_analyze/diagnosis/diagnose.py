@@ -143,7 +143,8 @@ def diagnosed(
         require_trajectory_joints(motion, arm)
         require_torques(motion)
     checked = [without_faults(arm, motion) for motion in motions]
-    faults, motions = [fault for found, _ in checked for fault in found], [motion for _, motion in checked]
+    faults = [fault for faults_of_log, _ in checked for fault in faults_of_log]
+    motions = [motion for _, motion in checked]
     usable = [settled(motion)[:, None] for motion in motions]
     problem = Problem(samples_of(arm, motions, usable), Correction.none(arm.n_joints))
     if not problem.samples.counts.any():

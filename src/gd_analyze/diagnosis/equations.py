@@ -29,20 +29,12 @@ NUMBERS_OF_JOINT = 4
 MASS_ERROR, COM_ERROR, INERTIA_ERROR = 0.15, 0.15, 0.20
 COM_ERROR_M = 0.008
 
-
-@dataclass(frozen=True, kw_only=True)
-class _EquationSettings:
-    """Which errors of a file are unknowns of the equations."""
-
-    # Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
-    least_gyration_share: float = 0.02
-    # Share of a column's sum of squares added to equations of columns that vanish.
-    regularizing_share: float = 1e-9
-    drawn_states: int = 40  # states drawn to find which errors of a file have any effect
-    no_effect_share: float = 1e-3  # share of the largest effect that is none
-
-
-_SETTINGS = _EquationSettings()
+# Radius of gyration, as a share of the reach, below which a file's inertia is not known either.
+_LEAST_GYRATION_SHARE = 0.02
+# Share of a column's sum of squares added to equations of columns that vanish.
+_REGULARIZING_SHARE = 1e-9
+_DRAWN_STATES = 40  # states drawn to find which errors of a file have any effect
+_NO_EFFECT_SHARE = 1e-3  # share of the largest effect that is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +75,7 @@ class TorqueSums:
             outer = np.outer(scale, scale)
             inverse = np.zeros((NUMBERS_OF_JOINT, NUMBERS_OF_JOINT))
             free_block = np.ix_(np.flatnonzero(free), np.flatnonzero(free))
-            regular = products / outer + _SETTINGS.regularizing_share * np.eye(len(places))
+            regular = products / outer + _REGULARIZING_SHARE * np.eye(len(places))
             inverse[free_block] = np.linalg.inv(regular) / outer
             across = sums[shared : shared + NUMBERS_OF_JOINT, :shared]
             follows = inverse @ across
@@ -94,7 +86,7 @@ class TorqueSums:
 @lru_cache(maxsize=16)
 def errors_that_act(arm: RobotArm) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
-    n, count, rng = arm.n_joints, _SETTINGS.drawn_states, np.random.default_rng(0)
+    n, count, rng = arm.n_joints, _DRAWN_STATES, np.random.default_rng(0)
     errors, parts = file_errors(arm), []
     size = float(np.linalg.norm(arm.gravity)) or 1.0
     for axis in np.eye(3):  # the arm may be mounted in any way
@@ -104,7 +96,7 @@ def errors_that_act(arm: RobotArm) -> FloatArray:
     columns = np.concatenate(parts, axis=1)
     columns /= np.sqrt(np.square(columns).sum(axis=(1, 2), keepdims=True)) + np.finfo(float).tiny
     _, sizes, rows = np.linalg.svd(columns.reshape(-1, columns.shape[2]), full_matrices=False)
-    act = rows[sizes > _SETTINGS.no_effect_share * sizes[0]]
+    act = rows[sizes > _NO_EFFECT_SHARE * sizes[0]]
     return np.einsum("spk,ask->spa", errors, act.reshape(-1, n, errors.shape[2]))
 
 
@@ -125,7 +117,7 @@ def file_errors(arm: RobotArm) -> FloatArray:
             products = np.outer(com, moved) + np.outer(moved, com)
             steiner = mass * (np.trace(products) * np.eye(3) - products)
             out[i, :, 1 + axis] = inertial_parameters(0.0, mass * moved, steiner)
-        least = mass * (_SETTINGS.least_gyration_share * arm.reach) ** 2
+        least = mass * (_LEAST_GYRATION_SHARE * arm.reach) ** 2
         moments = np.maximum(np.diag(link.inertia_com), least)
         for k, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             tensor = zeros.copy()

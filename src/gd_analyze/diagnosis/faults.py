@@ -10,50 +10,41 @@ import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, runs
 from gd_analyze.motions.log import Log
-from gd_analyze.motions.measured import direction
+from gd_analyze.motions.measured import directions
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Trajectory, Whole
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number, percent
 
-
-@dataclass(frozen=True, kw_only=True)
-class _FaultSettings:
-    """Which readings are faulty."""
-
-    constant_share: float = 1e-6  # share of its size by which a torque that is constant varies at most
-    # Share of a moving joint's readings at the same value, in one run, that no motion explains.
-    frozen_share: float = 0.05
-    shortest_frozen_run: int = 25  # readings of the shortest such run
-    # A frozen run is this many times as long as the mean run, and the reading after it jumps by more than
-    # this many steps of the sensor. Of a smooth motion read in steps, the longest is up to twenty times the
-    # mean, and the next reading is the next step, but where friction changes its sign.
-    frozen_to_mean_run: float = 30.0
-    frozen_jump_steps: float = 3.0
-    usual_step_quantile: float = 0.99  # quantile of a position's steps that is as long as they usually are
-    step_quantile: float = 0.05  # quantile of the changes between readings that is a step of the sensor
-    # A repeated row hides a motion of more than this many steps of a sensor of positions.
-    repeated_steps: float = 2.0
-    # Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
-    clipped_share: float = 0.02
-    shortest_clipped_run: int = 4  # readings of the shortest such run
-    # Readings at a clipped end, beside the most at one of the values next to it. A smooth peak read in steps
-    # has up to 1 / (sqrt(2) - 1) = 2.4 times as many in its last step as in the one before.
-    clipped_ratio: float = 3.0
-    values_beside: int = 5
-    # A spike differs from the median of five by this many times what readings usually do.
-    spike_factor: float = 20.0
-    most_spikes_share: float = 0.2  # share of the readings above which they are no spikes
-    harmless_factor: float = 0.5  # spikes below this multiple of the torque's standard deviation do no harm
-    blurred_readings: int = 3  # readings around a fault that its filter blurs
-    # Factor between velocity columns and dq/dt beyond which they disagree.
-    disagreeing_factor: float = 1.25
-    fewest_readings: int = 40  # least readings of a joint while it moves
-
-
-_SETTINGS = _FaultSettings()
-
+_CONSTANT_SHARE = 1e-6  # share of its size by which a torque that is constant varies at most
+# Share of a moving joint's readings at the same value, in one run, that no motion explains.
+_FROZEN_SHARE = 0.05
+_SHORTEST_FROZEN_RUN = 25  # readings of the shortest such run
+# A frozen run is this many times as long as the mean run, and the reading after it jumps by more than
+# this many steps of the sensor. Of a smooth motion read in steps, the longest is up to twenty times the
+# mean, and the next reading is the next step, but where friction changes its sign.
+_FROZEN_TO_MEAN_RUN = 30.0
+_FROZEN_JUMP_STEPS = 3.0
+_USUAL_STEP_QUANTILE = 0.99  # quantile of a position's steps that is as long as they usually are
+_STEP_QUANTILE = 0.05  # quantile of the changes between readings that is a step of the sensor
+# A repeated row hides a motion of more than this many steps of a sensor of positions.
+_REPEATED_STEPS = 2.0
+# Share of the readings of a moving joint that equal its largest or smallest, in runs of several.
+_CLIPPED_SHARE = 0.02
+_SHORTEST_CLIPPED_RUN = 4  # readings of the shortest such run
+# Readings at a clipped end, beside the most at one of the values next to it. A smooth peak read in steps
+# has up to 1 / (sqrt(2) - 1) = 2.4 times as many in its last step as in the one before.
+_CLIPPED_RATIO = 3.0
+_VALUES_BESIDE = 5
+# A spike differs from the median of five by this many times what readings usually do.
+_SPIKE_FACTOR = 20.0
+_MOST_SPIKES_SHARE = 0.2  # share of the readings above which they are no spikes
+_HARMLESS_FACTOR = 0.5  # spikes below this multiple of the torque's standard deviation do no harm
+_BLURRED_READINGS = 3  # readings around a fault that its filter blurs
+# Factor between velocity columns and dq/dt beyond which they disagree.
+_DISAGREEING_FACTOR = 1.25
+_FEWEST_READINGS = 40  # least readings of a joint while it moves
 
 VELOCITIES = "velocity column"
 
@@ -90,15 +81,16 @@ def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Traject
     for fault, joints in _copies(recording):
         faults.append(fault)
         faulty[:, joints] = True
+    moving = directions(log) != 0.0
     for i in range(arm.n_joints):
-        moves = direction(log, i) != 0.0
-        if moves.sum() < _SETTINGS.fewest_readings or not np.isfinite(recording.torque[:, i]).any():
+        moves = moving[:, i]
+        if moves.sum() < _FEWEST_READINGS or not np.isfinite(recording.torque[:, i]).any():
             continue
         for fault, rows in _of_joint(log, recording.torque[:, i], moves, i):
             faults.append(fault)
             faulty[:, i] |= rows
     # The filter makes a faulty reading part of its neighbours; one that is a row late does them no harm.
-    near = np.ones(2 * _SETTINGS.blurred_readings + 1)
+    near = np.ones(2 * _BLURRED_READINGS + 1)
     blurred = [np.convolve(rows, near, mode="same") > 0.5 for rows in faulty.astype(float).T]
     repeats = _repeats(log, recording)
     if repeats.any():
@@ -125,9 +117,9 @@ def _frozen_positions(log: Trajectory) -> tuple[list[Fault], Array]:
         frozen = _frozen_runs(q)
         # A joint that rested goes on in usual steps; one that was frozen is elsewhere by then.
         steps = np.abs(np.diff(q))
-        usual = float(np.quantile(steps, _SETTINGS.usual_step_quantile))
+        usual = float(np.quantile(steps, _USUAL_STEP_QUANTILE))
         for begin, end in runs(frozen).tolist():
-            jumps = end < len(q) and steps[end - 1] > _SETTINGS.frozen_jump_steps * usual
+            jumps = end < len(q) and steps[end - 1] > _FROZEN_JUMP_STEPS * usual
             frozen[begin:end] = jumps
         if frozen.any():
             faults.append(_frozen(log.time, frozen, f"position of joint {i + 1}", i))
@@ -156,37 +148,37 @@ def _repeats(log: Trajectory, recording: Recording) -> Array:
     if repeats.any():
         steps = np.array([_sensor_step(q) for q in recording.q.T])
         moved = np.abs(log.qd) * float(np.median(np.diff(log.time)))
-        repeats &= ((moved > _SETTINGS.repeated_steps * steps) & (steps > 0.0)).any(axis=1)
+        repeats &= ((moved > _REPEATED_STEPS * steps) & (steps > 0.0)).any(axis=1)
     return repeats
 
 
 def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
     """Faults of a joint's torque, and the readings of each, (N,)."""
     values = torque[moves & np.isfinite(torque)]
-    if not len(values) or np.ptp(values) <= _SETTINGS.constant_share * np.abs(values).max(initial=0.0):
+    if not len(values) or np.ptp(values) <= _CONSTANT_SHARE * np.abs(values).max(initial=0.0):
         yield _dead(values, joint), np.ones(len(torque), dtype=bool)
         return
     at_end = _at_clipped_end(torque, moves)
-    clipped = at_end & (_runs(torque) >= _SETTINGS.shortest_clipped_run) & moves
-    if clipped.sum() > _SETTINGS.clipped_share * moves.sum():
+    clipped = at_end & (_runs(torque) >= _SHORTEST_CLIPPED_RUN) & moves
+    if clipped.sum() > _CLIPPED_SHARE * moves.sum():
         yield _clipped(torque, clipped, float(clipped.sum() / moves.sum()), joint), at_end
     frozen = _frozen_runs(torque) & moves & ~at_end
     if frozen.any():
         yield _frozen(log.time, frozen, f"torque of joint {joint + 1}", joint), frozen
     spikes = _spikes(torque, moves)
-    if 0 < spikes.sum() <= _SETTINGS.most_spikes_share * len(torque):
+    if 0 < spikes.sum() <= _MOST_SPIKES_SHARE * len(torque):
         yield _jumping(log.time, spikes, joint), spikes
 
 
 def _at_clipped_end(values: FloatArray, moves: Array) -> Array:
     """Readings at the largest or smallest value, where these are far more than at the values next to it."""
     levels, counts = np.unique(values[moves & np.isfinite(values)], return_counts=True)
-    at_end, beside = np.zeros(len(values), dtype=bool), _SETTINGS.values_beside
+    at_end, beside = np.zeros(len(values), dtype=bool), _VALUES_BESIDE
     # For this share of its period a sine read in steps stays within the last one.
     step = min(2.0 * _sensor_step(values) / float(levels[-1] - levels[0]), 1.0)
     least = np.arccos(1.0 - step) / np.pi * counts.sum()
     for end, most in ((0, counts[1 : 1 + beside].max()), (-1, counts[-1 - beside : -1].max())):
-        if counts[end] > max(_SETTINGS.clipped_ratio * most, least):
+        if counts[end] > max(_CLIPPED_RATIO * most, least):
             at_end |= values == levels[end]
     return at_end
 
@@ -196,9 +188,9 @@ def _frozen_runs(values: FloatArray) -> Array:
     lengths, step = _runs(values), _sensor_step(values)
     mean_run = len(values) / float((1.0 / lengths).sum())
     shortest = max(
-        _SETTINGS.frozen_share * len(values),
-        _SETTINGS.shortest_frozen_run,
-        _SETTINGS.frozen_to_mean_run * mean_run,
+        _FROZEN_SHARE * len(values),
+        _SHORTEST_FROZEN_RUN,
+        _FROZEN_TO_MEAN_RUN * mean_run,
     )
     frozen = np.zeros(len(values), dtype=bool)
     for begin, end in runs(lengths >= shortest):
@@ -206,7 +198,7 @@ def _frozen_runs(values: FloatArray) -> Array:
         starts = begin + np.concatenate([[0], np.flatnonzero(np.diff(values[begin:end])) + 1])
         for first, last in zip(starts, [*starts[1:], end], strict=True):
             jump = abs(values[last] - values[first]) if last < len(values) else np.inf
-            frozen[first:last] = jump > _SETTINGS.frozen_jump_steps * step
+            frozen[first:last] = jump > _FROZEN_JUMP_STEPS * step
     return frozen
 
 
@@ -214,7 +206,7 @@ def _sensor_step(values: FloatArray) -> float:
     """Size of a step of the sensor, or of a small change between readings."""
     changes = np.abs(np.diff(values))
     changes = changes[changes > 0.0]
-    return float(np.quantile(changes, _SETTINGS.step_quantile)) if len(changes) else 0.0
+    return float(np.quantile(changes, _STEP_QUANTILE)) if len(changes) else 0.0
 
 
 def _copies(recording: Recording) -> Iterator[tuple[Fault, list[int]]]:
@@ -307,7 +299,7 @@ def _of_velocities(log: Trajectory) -> Iterator[Fault]:
     recording = log.recording
     if recording is None or recording.qd is None:
         return
-    largest = _SETTINGS.disagreeing_factor
+    largest = _DISAGREEING_FACTOR
     for i, factor in enumerate(velocity_factors(log.time, recording.q, recording.qd, log.gaps).tolist()):
         if np.isfinite(factor) and not 1.0 / largest < factor < largest:
             yield Fault(
@@ -339,4 +331,4 @@ def _spikes(values: FloatArray, moves: Array) -> Array:
     changes = np.abs(np.diff(around))[moves[1:]]
     usual = max(float(np.median(deviation[moves])), float(np.mean(changes)), _sensor_step(filled))
     size = float(np.sqrt(np.mean((around - around.mean()) ** 2)))
-    return deviation > max(_SETTINGS.spike_factor * usual, _SETTINGS.harmless_factor * size)
+    return deviation > max(_SPIKE_FACTOR * usual, _HARMLESS_FACTOR * size)

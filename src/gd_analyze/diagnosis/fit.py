@@ -25,19 +25,11 @@ _LEAST_RESIDUAL_SHARE = 0.015
 # fault stay below.
 MOST_CHANGES = 40.0
 
-
-@dataclass(frozen=True, kw_only=True)
-class _FitSettings:
-    """Rounds and round-off of a fit."""
-
-    most_rounds: int = 6  # most rounds of weighting joints by the previous residuals
-    settled_change: float = 0.05  # relative change of squared residuals below which the rounds end
-    first_noise_share: float = 0.01  # squared residual, as a share of the torque's, to begin with
-    singular_round_off: float = 1e-12  # added to equations scaled to 1 that rounding makes singular
-    halvings_of_price: int = 40  # halvings of the logarithm of the price of changes
-
-
-_SETTINGS = _FitSettings()
+_MOST_ROUNDS = 6  # most rounds of weighting joints by the previous residuals
+_SETTLED_CHANGE = 0.05  # relative change of squared residuals below which the rounds end
+_FIRST_NOISE_SHARE = 0.01  # squared residual, as a share of the torque's, to begin with
+_SINGULAR_ROUND_OFF = 1e-12  # added to equations scaled to 1 that rounding makes singular
+_HALVINGS_OF_PRICE = 40  # halvings of the logarithm of the price of changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +118,11 @@ class _Fit:
         end, used = shared + NUMBERS_OF_JOINT, weight > 0.0
         target, square = _right_hand_side(equations.fitted, self.targets, end)
         free = [(True,) * NUMBERS_OF_JOINT] * n
-        noise = np.maximum(_SETTINGS.first_noise_share * self.size, least)
+        noise = np.maximum(_FIRST_NOISE_SHARE * self.size, least)
         changes: FloatArray = np.zeros(shared)
         joint_numbers: FloatArray = np.zeros((n, NUMBERS_OF_JOINT))
         joints = np.flatnonzero(used).tolist()
-        for _ in range(_SETTINGS.most_rounds):
+        for _ in range(_MOST_ROUNDS):
             before = noise
             normal, right = np.zeros((shared, shared)), np.zeros(shared)
             for i in joints:
@@ -151,7 +143,7 @@ class _Fit:
                     )
             squares = _squares(equations.fitted, square, target, changes, joint_numbers)
             noise = squares / np.maximum(equations.counts[0], 1.0) + least
-            if (np.abs(noise - before) < _SETTINGS.settled_change * before)[used].all():
+            if (np.abs(noise - before) < _SETTLED_CHANGE * before)[used].all():
                 break
         target, square = _right_hand_side(equations.scored, self.targets, end)
         squares = _squares(equations.scored, square, target, changes, joint_numbers)
@@ -163,7 +155,7 @@ def _changes(normal: FloatArray, right: FloatArray, price: float, most: float) -
     # Under a wrong hypothesis columns may be many times as large as the file's error.
     priced = normal + price * np.eye(len(right))
     root = np.sqrt(np.diag(priced))
-    scaled = priced / np.outer(root, root) + _SETTINGS.singular_round_off * np.eye(len(root))
+    scaled = priced / np.outer(root, root) + _SINGULAR_ROUND_OFF * np.eye(len(root))
     changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
     if changes @ changes <= most:
         return changes
@@ -171,7 +163,7 @@ def _changes(normal: FloatArray, right: FloatArray, price: float, most: float) -
     along, sizes = ways.T @ right, np.maximum(sizes, 0.0)
     # Below the lower price they are too large; at the upper one they are not, as |along| / price is less.
     low, high = np.log(price), np.log(np.linalg.norm(along) / np.sqrt(most) + price)
-    for _ in range(_SETTINGS.halvings_of_price):
+    for _ in range(_HALVINGS_OF_PRICE):
         middle = 0.5 * (low + high)
         is_small = float(np.square(along / (sizes + np.exp(middle))).sum()) <= most
         low, high = (low, middle) if is_small else (middle, high)

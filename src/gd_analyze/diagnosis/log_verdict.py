@@ -8,13 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer
 from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.threads import one_thread
 
 # The verdict as the sentence that begins every answer.
 SENTENCES = {
@@ -25,6 +26,8 @@ SENTENCES = {
 }
 # Verdicts of logs that leave something to explain.
 DISPUTED = ("does not agree", "agrees in part")
+# Share of faulty readings of which a verdict takes note; lost messages and spikes of a sound log are fewer.
+_FAULTY_SHARE = 0.02
 Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 
@@ -50,6 +53,7 @@ class LogVerdict:
         return f"LogVerdict({self.word!r})"
 
 
+@one_thread()
 def log_verdict(arm: RobotArm, motions: Sequence[Trajectory]) -> LogVerdict:
     """Ask for the cause of a disagreement, of one thing wrong; `diagnose` searches for two."""
     try:
@@ -67,7 +71,8 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file.
 
     They do not agree if there is a cause, a column is of no use, the links must be off by more than a file's
-    usually are, or most of a joint's torque remains.
+    usually are, or most of a joint's torque remains. They agree in part if many readings are faulty, the
+    links are off by much, or more remains than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
@@ -76,4 +81,6 @@ def _word_of(diagnosis: Diagnosis) -> Word:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
-    return "agrees in part" if is_unexplained(fit) else "agrees"
+    is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
+    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    return "agrees in part" if is_in_part else "agrees"

@@ -33,7 +33,6 @@ _PARALLEL_COSINE = 0.999
 _FIRST_STEPS = np.array([-0.5, -1.0 / 6.0, 0.0, 1.0 / 6.0, 0.5])
 _SAID_BY_VELOCITIES = ", as the velocity columns say"
 
-
 # Radians per unit of an angle, and what these are called: counts are those of encoders in a turn.
 _DEGREE = np.pi / 180.0
 _COUNTS = (*(2**k for k in range(10, 25)), 1000, 2000, 3600, 4000, 5000, 8000, 10000, 20000, 40000)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,34 +17,20 @@ from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters,
 from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.text import number, to_digits_of, with_error
 
+_CARRIED_MASS_SHARE = 0.1  # plausible mass of what an arm carries, as a share of its own
+_DISTANCE_SHARE = 0.15  # plausible distance of this mass, as a share of the reach
+_INERTIA_SHARE = 0.5  # its inertia as a share of its mass times the square of its distance
+_LEAST_MASS_SHARE = 0.01  # least share of an arm's mass that is mentioned as a payload
+_CURVED_OVER = 0.3  # step over which the score's curvature is taken, in plausible sizes
+# Standard deviation of a torque's change at a restart, as a share of its RMS.
+_JUMP_SHARE = 0.3
 
-@dataclass(frozen=True, kw_only=True)
-class _LoadSettings:
-    """What an arm plausibly carries, and how torques change at a restart."""
-
-    mass_share: float = 0.1  # plausible mass of what an arm carries, as a share of its own
-    distance_share: float = 0.15  # plausible distance of this mass, as a share of the reach
-    inertia_share: float = 0.5  # its inertia as a share of its mass times the square of its distance
-    least_mass_share: float = 0.01  # least share of an arm's mass that is mentioned as a payload
-    curved_over: float = 0.3  # step over which the score's curvature is taken, in plausible sizes
-    # Standard deviation of a torque's change at a restart, as a share of its RMS.
-    jump_share: float = 0.3
-
-
-@dataclass(frozen=True, kw_only=True)
-class _TiltSettings:
-    """The search for the direction of gravity, by steps of a tangent."""
-
-    first_step: float = 0.35  # first size of a step
-    last_step: float = 0.02  # size of a step at which the search ends
-    worthwhile_fall: float = 0.5  # fall of the score worth a step
-    largest_tangent: float = 3.0  # tangent of the largest tilt from where the search began
-    least_degrees: float = 1.0  # least tilt that is mentioned
-
-
-_LOAD = _LoadSettings()
-_TILT = _TiltSettings()
-
+# The search for the direction of gravity, by steps of a tangent.
+_FIRST_TILT = 0.35  # first size of a step
+_LAST_TILT = 0.02  # size of a step at which the search ends
+_WORTHWHILE_FALL = 0.5  # fall of the score worth a step
+_LARGEST_TILT = 3.0  # tangent of the largest tilt from where the search began
+_LEAST_TILT_DEGREES = 1.0  # least tilt that is mentioned
 
 # Powers of length in a body's numbers, and its inertia as a share of the square of its distance.
 _POWERS = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])
@@ -87,7 +73,7 @@ class Gravity(Hypothesis):
             )
         else:
             tilt = np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0)))
-            if tilt < _TILT.least_degrees:
+            if tilt < _LEAST_TILT_DEGREES:
                 return
             yield Candidate(
                 self.name,
@@ -128,12 +114,12 @@ def _descended(problem: Problem, begin: FloatArray, size: float) -> tuple[FloatA
     def score(x: FloatArray) -> float:
         return problem.rough_score(replace(problem.correction, gravity=gravity_along(x)))
 
-    x, width = np.zeros(2), _TILT.first_step
+    x, width = np.zeros(2), _FIRST_TILT
     current = score(x)
-    while width > _TILT.last_step:
+    while width > _LAST_TILT:
         moves = [x + width * step for step in (*np.eye(2), *-np.eye(2))]
         scores = [score(move) for move in moves]
-        if min(scores) < current - _TILT.worthwhile_fall and np.linalg.norm(x) < _TILT.largest_tangent:
+        if min(scores) < current - _WORTHWHILE_FALL and np.linalg.norm(x) < _LARGEST_TILT:
             x, current = moves[int(np.argmin(scores))], min(scores)
         else:
             width /= 2.5
@@ -183,12 +169,12 @@ def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
     q, qd, qdd, _ = problem.correction.states(problem.samples)
     # Of the last link alone, (n, 10, N).
     per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1]
-    mass = _LOAD.mass_share * float(arm.mass.sum())
-    away = _LOAD.distance_share * (arm.reach or 1.0)
+    mass = _CARRIED_MASS_SHARE * float(arm.mass.sum())
+    away = _DISTANCE_SHARE * (arm.reach or 1.0)
     columns = np.swapaxes(per_unit, 1, 2)
     if when is not None:
         columns = columns * when[:, None]
-    sizes = mass * away**_POWERS * np.where(_POWERS == 2, _LOAD.inertia_share, 1.0)
+    sizes = mass * away**_POWERS * np.where(_POWERS == 2, _INERTIA_SHARE, 1.0)
     return Added(np.ascontiguousarray(columns), sizes)
 
 
@@ -211,7 +197,7 @@ def _errors_of_added(problem: Problem, added: Added, values: FloatArray) -> Floa
             correction = replace(problem.correction, taken_off=body).with_added(free)
             return problem.rough_score(correction) + (x / size) ** 2
 
-        step = _LOAD.curved_over * size
+        step = _CURVED_OVER * size
         bend = (score(value - step) - 2.0 * score(value) + score(value + step)) / step**2
         # What the log does not tell is as plausible as before.
         errors.append(float(np.sqrt(2.0 / max(bend, 2.0 / size**2))))
@@ -229,7 +215,7 @@ class Payload(Hypothesis):
         correction = problem.correction.with_added(added)
         mass, *moment = _of_added(problem.fit(correction), added)[:4]
         place = np.array(moment) / mass if mass else np.zeros(3)
-        is_light = abs(mass) < _LOAD.least_mass_share * problem.arm.mass.sum()
+        is_light = abs(mass) < _LEAST_MASS_SHARE * problem.arm.mass.sum()
         if is_light or np.linalg.norm(place) > (problem.arm.reach or 1.0):
             return
         error, *moment_errors = _errors_of_added(problem, added, np.array([mass, *moment]))
@@ -265,7 +251,7 @@ class NamedEnd(Hypothesis):
         if last.bare is not None:
             mass = f"The payload ({number(last.mass - last.bare.mass)} kg)"
             ends.append((mass, "leave out --payload", _numbers_of(last) - _numbers_of(last.bare)))
-        ends = [end for end in ends if end[2][0] > _LOAD.least_mass_share * arm.mass.sum()]
+        ends = [end for end in ends if end[2][0] > _LEAST_MASS_SHARE * arm.mass.sum()]
         corrections = [replace(correction, taken_off=numbers) for *_, numbers in ends]
         for k in problem.best(corrections) if corrections else []:
             body, remedy, _ = ends[k]
@@ -301,7 +287,7 @@ class ChangeInTime(Hypothesis):
         single = np.zeros((n, len(samples), n))
         for i in range(n):
             single[i, :, i] = 1.0
-        offsets = Added(single, _LOAD.jump_share * size)
+        offsets = Added(single, _JUMP_SHARE * size)
         places = np.linspace(0.1, 0.9, 7) * len(order)
         ends = places[[0, -1]]
 

@@ -22,7 +22,7 @@ from gd_analyze.diagnosis.hypothesis import (
     swapped,
 )
 from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, scaled_positions, seconds
-from gd_analyze.text import number, percent, to_digits_of, with_error
+from gd_analyze.text import named_joints, number, percent, to_digits_of, with_error
 
 # Factors that units and gears make of torques, and what they are.
 FACTORS = {
@@ -77,9 +77,8 @@ class TorqueSign(Hypothesis):
         if not chosen or len(chosen) == len(problem.moving):
             return
         words = ",".join("-1" if i in chosen else "1" for i in range(n))
-        numbers = " and ".join(str(i + 1) for i in sorted(chosen))
-        plural = len(chosen) > 1
-        subject = f"The torques of joints {numbers} are" if plural else f"The torque of joint {numbers} is"
+        text = named_joints([i + 1 for i in sorted(chosen)], n)
+        subject = f"The torques of {text} are" if len(chosen) > 1 else f"The torque of {text} is"
         yield Candidate(
             self.name,
             f"{subject} reversed",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.motions.measured import direction, filtered_torque
+from gd_analyze.motions.measured import directions, fastest_of, filtered_torque
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
@@ -68,12 +68,12 @@ _BY_SAMPLE = ("log", "row", "time", "q", "qd", "qdd", "torque", "counts", "score
 def samples_of(arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array]) -> Samples:
     """Take samples where joints move; `usable` tells, by log, which readings of torque are, (N, n)."""
     n = arm.n_joints
-    fastest = np.max([np.abs(log.qd).max(axis=0) for log in logs], axis=0)
+    fastest = fastest_of(logs)
     moves_at_all = _moving_joints(arm, logs)
     moving = []
     for log, good in zip(logs, usable, strict=True):
-        ways = np.column_stack([direction(log, i, float(fastest[i])) for i in range(n)])
-        moving.append((ways != 0.0) & good & np.isfinite(filtered_torque(log)) & moves_at_all)
+        is_compared = good & np.isfinite(filtered_torque(log)) & moves_at_all
+        moving.append((directions(log, fastest) != 0.0) & is_compared)
     total = sum(int(moves.any(axis=1).sum()) for moves in moving)
     parts: dict[str, list[FloatArray]] = {name: [] for name in _BY_SAMPLE}
     slowest = np.full(n, np.inf)

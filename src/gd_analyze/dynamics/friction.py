@@ -38,19 +38,12 @@ def independent(r: FloatArray, columns: Sequence[int]) -> list[int]:
     return basis
 
 
-@dataclass(frozen=True, kw_only=True)
-class _CorrelationSettings:
-    """How far a correlation of readings is followed."""
-
-    block_readings: int = 2**14  # readings of a block: correlation extends over far less than half of it
-    # Correlations are summed over this multiple of their sum; beyond it they are noise. A. Sokal (1997),
-    # Monte Carlo methods in statistical mechanics, section 3.
-    summed_times: float = 5.0
-    # Share of all pairs of readings below which those of a distance are too few to be reliable.
-    least_pairs_share: float = 0.1
-
-
-_CORRELATION = _CorrelationSettings()
+_BLOCK_READINGS = 2**14  # readings of a block: correlation extends over far less than half of it
+# Correlations are summed over this multiple of their sum; beyond it they are noise. A. Sokal (1997),
+# Monte Carlo methods in statistical mechanics, section 3.
+_SUMMED_TIMES = 5.0
+# Share of all pairs of readings below which those of a distance are too few to be reliable.
+_LEAST_PAIRS_SHARE = 0.1
 
 
 def correlation_time(
@@ -63,27 +56,27 @@ def correlation_time(
     and is conservative otherwise. `residual` gives a fit's residuals in a slice, `used` the set points used,
     `stretches` slices without a gap.
     """
-    products, pairs = np.zeros(_CORRELATION.block_readings // 2), np.zeros(_CORRELATION.block_readings // 2)
+    products, pairs = np.zeros(_BLOCK_READINGS // 2), np.zeros(_BLOCK_READINGS // 2)
     for stretch in stretches:
-        for start in range(stretch.start, stretch.stop, _CORRELATION.block_readings):
-            block = slice(start, min(start + _CORRELATION.block_readings, stretch.stop))
+        for start in range(stretch.start, stretch.stop, _BLOCK_READINGS):
+            block = slice(start, min(start + _BLOCK_READINGS, stretch.stop))
             is_used = used[block].astype(float)
             if is_used.any():
                 products += _at_distance(np.where(used[block], residual(block), 0.0))
                 pairs += _at_distance(is_used)
-    enough = pairs >= max(_CORRELATION.least_pairs_share * pairs[0], 1.0)
+    enough = pairs >= max(_LEAST_PAIRS_SHARE * pairs[0], 1.0)
     n_distances = len(enough) if enough.all() else int(np.argmin(enough))
     covariance = products[:n_distances] / pairs[:n_distances]
     if n_distances < 2 or not covariance[0] > 0:
         return 1.0
     times = 2.0 * np.cumsum(covariance / covariance[0]) - 1.0
-    wide = np.flatnonzero(np.arange(n_distances) >= _CORRELATION.summed_times * times)
+    wide = np.flatnonzero(np.arange(n_distances) >= _SUMMED_TIMES * times)
     return max(1.0, float(times[wide[0] if len(wide) else -1]))
 
 
 def _at_distance(values: FloatArray) -> FloatArray:
     """Sums of products of values 0, 1, 2, ... readings apart, for half a block."""
-    length = 2 * _CORRELATION.block_readings
+    length = 2 * _BLOCK_READINGS
     spectrum = np.fft.rfft(values, length)
     return np.fft.irfft(np.abs(spectrum) ** 2, length)[: length // 4]
 

@@ -13,7 +13,7 @@ from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import NOT_FITTED, Friction, JointFriction, fit_joint
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.measured import (
-    direction,
+    directions,
     far_from_jumps,
     filtered_torque,
     require_torques,
@@ -131,14 +131,14 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
     counts = used.sum(axis=0)
     is_measured = (counts >= _FEWEST_READINGS) & (used & (measured != 0.0)).any(axis=0)
     numbers = np.full((4, n), np.nan)
-    fits = [NOT_FITTED] * n
+    fits, signs = [NOT_FITTED] * n, directions(trajectory)
     for i in np.flatnonzero(is_measured).tolist():
         readings = measured[used[:, i], i]
         difference = readings - model[used[:, i], i]
         size, spread = np.abs(readings).max(), readings.std()
         explained = 1.0 - difference.var() / spread**2 if spread > _CONSTANT_SHARE * size else np.nan
         numbers[:, i] = difference.mean(), np.sqrt(np.mean(difference**2)), size, explained
-        fits[i] = _friction(trajectory, i, model[:, i], measured[:, i], used[:, i])
+        fits[i] = _friction(trajectory, i, signs[:, i], model[:, i], measured[:, i], used[:, i])
     bias, rms, peak_measured, explained_shares = numbers
     return TorqueComparison(
         arm=arm,
@@ -154,10 +154,15 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
 
 
 def _friction(
-    trajectory: Trajectory, joint: int, model: FloatArray, measured: FloatArray, used: Array
+    trajectory: Trajectory,
+    joint: int,
+    sign: FloatArray,
+    model: FloatArray,
+    measured: FloatArray,
+    used: Array,
 ) -> JointFriction:
     """Friction of one joint, from 0; an offset alone where it stands still."""
-    sign, velocity = direction(trajectory, joint), trajectory.qd[:, joint]
+    velocity = trajectory.qd[:, joint]
     moving = used & (sign != 0.0) & far_from_jumps(trajectory, sign)
     if moving.sum() < _FEWEST_READINGS:
         sign, velocity, moving = np.zeros_like(sign), np.zeros_like(sign), used

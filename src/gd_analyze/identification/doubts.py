@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,17 +16,9 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.plausibility import CHECKS
 
-
-@dataclass(frozen=True, kw_only=True)
-class _DoubtSettings:
-    """How an identified arm is compared with its file."""
-
-    # Standard error of torque constants and gear efficiencies, of which nothing is known.
-    unknown_scale_error: float = 0.2
-    compared_states: int = 300  # set points of a log at which models are compared
-
-
-_SETTINGS = _DoubtSettings()
+# Standard error of torque constants and gear efficiencies, of which nothing is known.
+_UNKNOWN_SCALE_ERROR = 0.2
+_COMPARED_STATES = 300  # set points of a log at which models are compared
 
 
 def doubts_of(
@@ -47,7 +38,7 @@ def scale_error(file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[
     Noise does not show the scale of torque constants. If they and the file's masses are right, both agree.
     """
     if not file_arm.mass.any():
-        return _SETTINGS.unknown_scale_error
+        return _UNKNOWN_SCALE_ERROR
     q = _states_of(motions).q
     resting = States(q, np.zeros_like(q), np.zeros_like(q))
     file_torque, identified_torque = (
@@ -56,14 +47,14 @@ def scale_error(file_arm: RobotArm, identified_arm: RobotArm, motions: Sequence[
     along, squares = (file_torque * identified_torque).sum(axis=0), np.square(file_torque).sum(axis=0)
     has_gravity = squares > 0.0
     if not has_gravity.any():
-        return _SETTINGS.unknown_scale_error
+        return _UNKNOWN_SCALE_ERROR
     deviations = along[has_gravity] / squares[has_gravity] - 1.0
     return float(np.sqrt(squares[has_gravity] @ deviations**2 / squares.sum()))
 
 
 def _states_of(motions: Sequence[Trajectory]) -> States:
     """Some set points of logs."""
-    samples = [(motion, evenly(motion.n_set_points, _SETTINGS.compared_states)) for motion in motions]
+    samples = [(motion, evenly(motion.n_set_points, _COMPARED_STATES)) for motion in motions]
     q, qd, qdd = (np.concatenate([getattr(log, x)[at] for log, at in samples]) for x in ("q", "qd", "qdd"))
     return States(q, qd, qdd)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.answer import answer, faults_in_words, mentioned
+from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer, faults_in_words, mentioned
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import Fault, without_faults
 from gd_analyze.diagnosis.hypothesis import Candidate
@@ -39,7 +39,7 @@ from gd_analyze.identification.identified_arm import (
 )
 from gd_analyze.identification.rows import JointRows, Unknowns, identification_rows
 from gd_analyze.motions.limits import require_trajectory_joints
-from gd_analyze.motions.measured import require_torques
+from gd_analyze.motions.measured import fastest_of, require_torques
 from gd_analyze.motions.pool import GivenMotions, motions_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -47,25 +47,15 @@ from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.text import in_python, named_joints, percent, with_error
 from gd_analyze.threads import one_thread
 
-
-@dataclass(frozen=True, kw_only=True)
-class _JudgementSettings:
-    """What is held out of the logs, and when torques or a model are refused."""
-
-    held_out_share: float = 1.0 / 3.0  # share at the end of every log that is predicted if no log is held out
-    pause_share: float = 0.05  # gap between two logs in figures, as a share of the first
-    # A model with more than this share of the squared held-out torque as residual is useless.
-    useless_square_share: float = 0.5
-    faulty_rms_share: float = 0.25  # share of the RMS beyond which model or log is faulty
-    clear_ratio: float = 1.1  # ratio of two RMS that clearly differ
-    # Factor on torques beyond which no links explain it: files that state no drives are off by up to three,
-    # N mm, N cm and currents by ten and more.
-    another_unit_factor: float = 10.0
-    # Torque by which a file's links are off, over its own: masses and torque constants are off by up to that.
-    most_off: float = 1.0 / 3.0
-
-
-_SETTINGS = _JudgementSettings()
+_HELD_OUT_SHARE = 1.0 / 3.0  # share at the end of every log that is predicted if no log is held out
+_PAUSE_SHARE = 0.05  # gap between two logs in figures, as a share of the first
+# A model with more than this share of the squared held-out torque as residual is useless.
+_USELESS_SQUARE_SHARE = 0.5
+_FAULTY_RMS_SHARE = 0.25  # share of the RMS beyond which model or log is faulty
+_CLEAR_RATIO = 1.1  # ratio of two RMS that clearly differ
+# Factor on torques beyond which no links explain it: files that state no drives are off by up to three,
+# N mm, N cm and currents by ten and more.
+_ANOTHER_UNIT_FACTOR = 10.0
 
 
 @strict
@@ -214,18 +204,19 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
     except UsageError:  # nothing moves, of which more is told below
         return ()
     causes = diagnosis.causes
-    are_of_links = all(cause.unsure and not _is_of_another_unit(cause) for cause in causes)
+    # Other links explain a payload, and torques of a scale that drives may have.
+    others = [cause for cause in causes if not cause.unsure or _is_of_another_unit(cause)]
     reason, _, _ = answer(diagnosis).partition(" Use ")
-    if not are_of_links and not anyway:
+    if others and not anyway:
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{typed_together([cause.remedy for cause in causes])}; "
+            next_step=f"{typed_together([cause.remedy for cause in others])}; "
             "--anyway (anyway=True) identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
-    is_off = diagnosis.is_far_off or diagnosis.after.off > _SETTINGS.most_off
-    is_doubtful = is_off or not are_of_links
+    is_off = diagnosis.is_far_off or diagnosis.after.off > MUCH_TORQUE_SHARE
+    is_doubtful = is_off or bool(others)
     is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
     return (reason.removesuffix("."),) if is_doubtful else ()
 
@@ -233,7 +224,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
 def _is_of_another_unit(cause: Candidate) -> bool:
     """Whether torques differ by more than masses or unstated drives do: N mm, N cm and currents."""
     factors = np.abs(cause.correction.torque[cause.correction.torque != 0.0])
-    return bool((np.abs(np.log(factors)) > np.log(_SETTINGS.another_unit_factor)).any())
+    return bool((np.abs(np.log(factors)) > np.log(_ANOTHER_UNIT_FACTOR)).any())
 
 
 def _with_torques(motion: Trajectory, scale: float) -> Trajectory:
@@ -290,7 +281,7 @@ def _logs_by_joint(
 ) -> list[_JointLogs]:
     """Equations of every joint, with the logs one after the other in time."""
     motions = [*fitted, *carrying, *held_out_motions]
-    fastest = np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0)
+    fastest = fastest_of(motions)
     parts: list[list[_JointLogs]] = [[] for _ in range(arm.n_joints)]
     begin = 0.0
     for k, motion in enumerate(motions):
@@ -301,12 +292,12 @@ def _logs_by_joint(
         elif held_out_motions:
             held_out_from = np.inf
         else:
-            held_out_from = end - _SETTINGS.held_out_share * (end - begin)
+            held_out_from = end - _HELD_OUT_SHARE * (end - begin)
         for i, rows in enumerate(identification_rows(arm, motion, unknowns, fastest, loaded=is_loaded)):
             time = rows.time - motion.time[0] + begin
             loaded = np.full(len(time), is_loaded)
             parts[i].append(_JointLogs(replace(rows, time=time), time > held_out_from, loaded))
-        begin = end + _SETTINGS.pause_share * (end - begin)
+        begin = end + _PAUSE_SHARE * (end - begin)
     return [
         _JointLogs(
             JointRows.joined([log.rows for log in logs]),
@@ -431,7 +422,7 @@ def _require_friction_that_brakes(
     of, n = unknowns.of_friction, arm.n_joints
     values = estimate.values[of].reshape(n, 3)[:, :2]
     errors = np.sqrt(np.square(estimate.deviations[:, of]).sum(axis=0)).reshape(n, 3)[:, :2]
-    poor = np.array([residual.share("identified") > _SETTINGS.faulty_rms_share for residual in residuals])
+    poor = np.array([residual.share("identified") > _FAULTY_RMS_SHARE for residual in residuals])
     clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
     driven = np.flatnonzero(poor & clear).tolist()
     if driven:
@@ -459,12 +450,10 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
     if unseen:
         message = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
-    poor = [i for i in judged if shares[i] > _SETTINGS.faulty_rms_share]
-    nothing = [i for i in poor if shares[i] ** 2 > _SETTINGS.useless_square_share]
+    poor = [i for i in judged if shares[i] > _FAULTY_RMS_SHARE]
+    nothing = [i for i in poor if shares[i] ** 2 > _USELESS_SQUARE_SHARE]
     worse = [
-        i
-        for i in judged
-        if residuals[i].rms("identified") > _SETTINGS.clear_ratio * residuals[i].rms("friction")
+        i for i in judged if residuals[i].rms("identified") > _CLEAR_RATIO * residuals[i].rms("friction")
     ]
     if not poor and len(worse) < len(judged):
         return

@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.arrays import CHUNK, Array, FloatArray
 from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
 from gd_analyze.dynamics.friction import own_columns
-from gd_analyze.motions.measured import direction
+from gd_analyze.motions.measured import directions
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 
@@ -82,6 +82,26 @@ class JointRows:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__))
 
 
+def columns_of_unknowns(
+    unknowns: Unknowns, per_unit: FloatArray, own: FloatArray, *, loaded: bool = False
+) -> FloatArray:
+    """Torque of every joint per unit of each unknown, (n, unknowns, N).
+
+    `per_unit` are torques per unit of the links' parameters, (n, n, 10, N), and `own` those of a joint's
+    own drive and friction, (n, N, 4). A `loaded` arm carries the payload.
+    """
+    n, count = unknowns.n_joints, per_unit.shape[-1]
+    columns = np.zeros((n, unknowns.count, count))
+    columns[:, unknowns.of_links] = per_unit.reshape(n, -1, count)
+    for i in range(n):
+        drive, *friction = own[i].T
+        columns[i, unknowns.of_drives.start + i] = drive
+        columns[i, unknowns.friction_of(i)] = friction
+    if loaded:
+        columns[:, unknowns.of_payload] = per_unit[:, -1]
+    return columns
+
+
 def identification_rows(
     arm: RobotArm, motion: Trajectory, unknowns: Unknowns, fastest: FloatArray, *, loaded: bool = False
 ) -> list[JointRows]:
@@ -101,26 +121,21 @@ def identification_rows(
     recording, n = motion.recording, arm.n_joints
     assert recording is not None  # checked by callers
     assert recording.torque is not None
-    signs = np.array([direction(motion, i, float(fastest[i])) for i in range(n)])
+    signs = directions(motion, fastest)
     parts: list[list[JointRows]] = [[] for _ in range(n)]
     for at, starts in _windows(motion):
         per_unit = regressor(arm, motion.q[at].T, motion.qd[at].T, motion.qdd[at].T)
         counts = np.diff(starts, append=at.stop - at.start)
         time = np.add.reduceat(motion.time[at], starts) / counts
+        own = own_columns(motion.qdd[at].T, signs[at].T, motion.qd[at].T)
+        columns_by_joint = columns_of_unknowns(unknowns, per_unit, own, loaded=loaded)
         for i in range(n):
-            sign, torque = signs[i, at], recording.torque[at, i]
-            columns = np.zeros((unknowns.count, len(sign)))
-            columns[unknowns.of_links] = per_unit[i].reshape(-1, len(sign))
-            drive, *friction = own_columns(motion.qdd[at, i], sign, motion.qd[at, i]).T
-            columns[unknowns.of_drives.start + i] = drive
-            columns[unknowns.friction_of(i)] = friction
-            if loaded:
-                columns[unknowns.of_payload] = per_unit[i, -1]
+            sign, torque = signs[at, i], recording.torque[at, i]
             # Both sides are means over the readings that there are, at least half of a window's.
             is_read = np.isfinite(torque)
             number_read = np.add.reduceat(is_read.astype(int), starts)
             torque = np.where(is_read, torque, 0.0)
-            columns = np.where(is_read, columns, 0.0)
+            columns = np.where(is_read, columns_by_joint[i], 0.0)
             means = np.add.reduceat(columns, starts, axis=1) / np.maximum(number_read, 1)
             torque = np.add.reduceat(torque, starts) / np.maximum(number_read, 1)
             # Where the joint creeps or reverses, its friction has no definite sign.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
@@ -13,6 +15,10 @@ from gd_analyze.motions.trajectory import Trajectory
 # C. Canudas de Wit, A survey of models, analysis tools and compensation methods for the control of machines
 # with friction, Automatica 30 (1994).
 CREEPING_SHARE = 0.05
+
+# Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000
+# readings.
+_NOISE_SIGMAS = 3.0
 
 
 def require_torques(motion: Trajectory) -> None:
@@ -41,24 +47,25 @@ def filtered_torque(motion: Trajectory) -> FloatArray:
     return torque
 
 
-# Noise determines the sign of a velocity beyond this many of its standard deviations in one of 1000 readings.
-_NOISE_SIGMAS = 3.0
+def fastest_of(motions: Sequence[Trajectory]) -> FloatArray:
+    """Largest velocity of every joint along some motions, (n,)."""
+    return np.asarray(np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0))
 
 
-def direction(motion: Trajectory, joint: int, fastest: float | None = None) -> FloatArray:
-    """1 where the joint moves forwards, -1 backwards, 0 where it hardly moves, (N,).
+def directions(motion: Trajectory, fastest: FloatArray | None = None) -> FloatArray:
+    """1 where a joint moves forwards, -1 backwards, 0 where it hardly moves, (N, n).
 
-    `fastest` is its largest velocity, by default along this motion.
+    `fastest` are the joints' largest velocities, by default along this motion.
     """
-    velocity, recording = motion.qd[:, joint], motion.recording
-    assert recording is not None
+    recording = motion.recording
+    assert recording is not None  # callers check this
     # Noise of spectrum S gives positions, velocities and accelerations variances that sum S, w^2 S and w^4 S
     # over frequencies w; by Cauchy-Schwarz that of the velocity is at most the root of the product of the
     # other two, for any filter.
-    noise = float(np.sqrt(recording.noise_q[joint] * recording.noise_qdd[joint]))
-    fastest = float(np.abs(velocity).max()) if fastest is None else fastest
-    still = max(_NOISE_SIGMAS * np.nan_to_num(noise), CREEPING_SHARE * fastest)
-    return np.where(np.abs(velocity) > still, np.sign(velocity), 0.0)
+    noise = np.sqrt(recording.noise_q * recording.noise_qdd)
+    fastest = fastest_of([motion]) if fastest is None else fastest
+    still = np.maximum(_NOISE_SIGMAS * np.nan_to_num(noise), CREEPING_SHARE * fastest)
+    return np.where(np.abs(motion.qd) > still, np.sign(motion.qd), 0.0)
 
 
 def settled(motion: Trajectory) -> Array:

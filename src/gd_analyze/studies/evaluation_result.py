@@ -92,13 +92,16 @@ def evaluation_result(
 
 
 def _notices(evaluation: Evaluation) -> tuple[str, ...]:
-    """That limits are only what a file states, and what checks them."""
+    """Where an advised option is typed, and what checks limits that a file only states."""
+    verdict, notices = evaluation.log_verdict, []
+    if verdict is not None and "--gravity" in verdict.text:
+        notices.append("Gravity is the model's: `gd-analyze simplify` has --gravity.")
     if not evaluation.unchecked:
-        return ()
+        return tuple(notices)
     step = "`--fail-over 1%` takes one from the exact torque"
     if evaluation.model.accuracy.certificate is not None:
         step = "`gd-analyze certify MODEL --check` proves its bounds again"
-    return (f"The limits are {STATED}, and were not checked here; {step}.",)
+    return (*notices, f"The limits are {STATED}, and were not checked here; {step}.")
 
 
 def _motions_table(evaluation: Evaluation) -> Table:

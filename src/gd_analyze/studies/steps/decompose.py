@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from gd_analyze.diagnosis.log_verdict import DISPUTED, log_verdict
+from gd_analyze.diagnosis.log_verdict import log_verdict
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import compared
@@ -72,10 +72,8 @@ def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
         )
         if verdict.diagnosis is not None:
             diagnosis = diagnosis_table(verdict.diagnosis)
-        if verdict.word in DISPUTED:
-            warnings.warn(
-                f"log {motion.name}: {verdict.text.removesuffix('.')}", LeadingWarning, stacklevel=2
-            )
+        if verdict.word != "agrees":
+            warnings.warn(f"log {motion.name}: {verdict.text}", LeadingWarning, stacklevel=2)
         if inputs.settings.fit_friction:
             terms = comparison.friction.terms
             if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
