@@ -266,7 +266,7 @@ def claims() -> list[Claim]:
         ),
         Claim(
             simplification,
-            "Proven, it takes {};",
+            "Proven, it takes {}. Links alone",
             "gd-analyze simplify puma560 --certified",
             lambda: (within(True)[0].operations.total,),
         ),

@@ -25,6 +25,7 @@ from scipy.interpolate import BPoly
 import gd_analyze as gd
 
 arm = gd.load_arm("puma560")
+dynamics = gd.types.ArmDynamics(arm)
 
 
 def numbers(*values):
@@ -69,8 +70,8 @@ for _ in range(20):
     mass_matrix = np.zeros((arm.n, arm.n))
     for column, acceleration in zip(mass_matrix, np.eye(arm.n), strict=True):
         mujoco.mj_mulM(model, data, column, acceleration)
-    assert abs(mass_matrix - arm.inertia(data.qpos)).max() < 1e-9
-    bias = arm.coriolis_centrifugal(data.qpos, data.qvel) + arm.gravity_loading(data.qpos)
+    assert abs(mass_matrix - dynamics.inertia(data.qpos)).max() < 1e-9
+    bias = dynamics.coriolis_centrifugal(data.qpos, data.qvel) + dynamics.gravity_loading(data.qpos)
     assert abs(data.qfrc_bias - bias).max() < 1e-9
 
 # %% [markdown]
@@ -100,7 +101,7 @@ print(f"{simplified.operations.total} operations of the torque instead of {simpl
 
 # %%
 KP, KD = 400.0, 40.0
-start_inertia = np.diag(arm.inertia(motion.q[0]))
+start_inertia = np.diag(dynamics.inertia(motion.q[0]))
 
 
 def computed_torque(torque):

@@ -79,14 +79,14 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
 
 
 def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budget: Budget) -> Result:
-    """Operations by level and budget."""
+    """Operations, and sines and cosines, by level and budget."""
     arm, full, by_level = exact.arm, exact.form.operations, curves(tuple(points))
     budgets = [point.budget for point in next(iter(by_level.values()), ())]
     columns = [Column("", "budget", budgets, shown="text")]
     for level, row in by_level.items():
-        counts = [point.operations.total for point in row]
-        columns.append(Column("", level.name, counts, shown="count"))
-    title = "Multiplications and additions of one torque evaluation, by budget"
+        counts = [f"{point.operations.total}/{point.operations.sines_cosines}" for point in row]
+        columns.append(Column("", level.name, counts, shown="text"))
+    title = "Operations/sines and cosines of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
     point_columns = (
         Column("level", "", [point.level.name for point in points]),
