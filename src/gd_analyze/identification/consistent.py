@@ -9,8 +9,6 @@ file as possible, in plausible sizes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
@@ -19,20 +17,12 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.identification.estimate import Estimate
 from gd_analyze.identification.rows import Unknowns
 
-
-@dataclass(frozen=True, kw_only=True)
-class _ConsistencySettings:
-    """Bounds of the bodies that fit the logs."""
-
-    # Least thickness of a body in any direction, as a share of its plausible length, squared.
-    least_thickness_squared: float = 1e-4
-    least_mass_share: float = 1e-3  # least share of a link's plausible mass
-    room_at_bound: float = 1e-12  # room for round-off at a bound
-    # A solver with ten digits does not resolve larger ratios of standard errors.
-    largest_strength: float = 1e5
-
-
-_SETTINGS = _ConsistencySettings()
+# Least thickness of a body in any direction, as a share of its plausible length, squared.
+_LEAST_THICKNESS_SQUARED = 1e-4
+_LEAST_MASS_SHARE = 1e-3  # least share of a link's plausible mass
+_ROOM_AT_BOUND = 1e-12  # room for round-off at a bound
+# A solver with ten digits does not resolve larger ratios of standard errors.
+_LARGEST_STRENGTH = 1e5
 
 
 _SQRT2 = np.sqrt(2.0)
@@ -61,7 +51,7 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     from scipy import sparse
 
     p = len(estimate.start)
-    thickness = _SETTINGS.least_thickness_squared * _triangle(np.eye(4))
+    thickness = _LEAST_THICKNESS_SQUARED * _triangle(np.eye(4))
     scaled, aims = _objective(estimate)
     upper = sparse.csc_matrix(np.triu(scaled.T @ scaled))
     bodies = _bodies(unknowns)
@@ -105,9 +95,9 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
     least = np.zeros_like(lower)
     # A link with mass in the file keeps a little.
     masses = [body.start for body in _bodies(unknowns)]
-    least[masses] = np.minimum(estimate.start[masses], _SETTINGS.least_mass_share * estimate.sizes[masses])
+    least[masses] = np.minimum(estimate.start[masses], _LEAST_MASS_SHARE * estimate.sizes[masses])
     lower[signed] = (least[signed] - estimate.start[signed]) / estimate.sizes[signed]
-    lower[signed] -= _SETTINGS.room_at_bound
+    lower[signed] -= _ROOM_AT_BOUND
     solution = lsq_linear(*_objective(estimate), (lower, np.inf), method="bvls")
     values = estimate.start + estimate.sizes * solution.x
     values[signed] = np.maximum(values[signed], least[signed])
@@ -117,7 +107,7 @@ def bounded(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
 def _objective(estimate: Estimate) -> tuple[FloatArray, FloatArray]:
     """A and b of the objective |A x - b|^2, with x in plausible sizes from the start."""
     unidentifiable = len(estimate.start) - estimate.identifiable
-    strength = np.minimum(estimate.strength, _SETTINGS.largest_strength)
+    strength = np.minimum(estimate.strength, _LARGEST_STRENGTH)
     weights = np.concatenate([strength, np.ones(unidentifiable)])
     steps = np.concatenate([estimate.steps, np.zeros(unidentifiable)])
     return weights[:, None] * estimate.directions, weights * steps

@@ -25,37 +25,23 @@ from gd_analyze.robots.parts import of_point_mass
 # Standard errors that make a number significant.
 SIGMAS = 3.0
 
+_MOST_ROUNDS = 12  # most rounds of weighting joints by the previous residuals
+_SETTLED_CHANGE = 1e-3  # relative change of the noise below which the rounds end
+_ROWS_AT_ONCE = 4096  # rows in memory at a time
+_LEAST_SINGULAR_SHARE = 1e-10  # singular values below this share of the largest are round-off
+_ROUND_OFF_SHARE = 1e-12  # share of the largest torque that is round-off
 
-@dataclass(frozen=True, kw_only=True)
-class _SolvingSettings:
-    """Rounds and round-off of the weighted least squares."""
-
-    most_rounds: int = 12  # most rounds of weighting joints by the previous residuals
-    settled_change: float = 1e-3  # relative change of the noise below which the rounds end
-    rows_at_once: int = 4096  # rows in memory at a time
-    least_singular_share: float = 1e-10  # singular values below this share of the largest are round-off
-    round_off_share: float = 1e-12  # share of the largest torque that is round-off
-
-
-@dataclass(frozen=True, kw_only=True)
-class _SizeSettings:
-    """What is plausible of links of which a file or a log says little."""
-
-    shortest_share: float = 0.05  # least plausible size of a link, as a share of the reach
-    lightest_share: float = 0.1  # least plausible mass of a link, as a share of the mean link's
-    rod_density: float = 1500.0  # density of rods that replace links without data in the file, kg/m^3
-    rod_slenderness: float = 0.2  # radius of these rods over their length
-    # A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that
-    # is not clearly better than that tells nothing new.
-    file_error_share: float = 1.0 / 3.0
-    # Shares of the fastest velocity below which friction may be larger (Stribeck).
-    slow_shares: tuple[float, ...] = (0.07, 0.25)
-    # Radius of gyration, as a share of the reach, of a link without mass in the file.
-    gyration_share: float = 0.2
-
-
-_SOLVING = _SolvingSettings()
-_SIZES = _SizeSettings()
+_SHORTEST_SHARE = 0.05  # least plausible size of a link, as a share of the reach
+_LIGHTEST_SHARE = 0.1  # least plausible mass of a link, as a share of the mean link's
+_ROD_DENSITY = 1500.0  # density of rods that replace links without data in the file, kg/m^3
+_ROD_SLENDERNESS = 0.2  # radius of these rods over their length
+# A file's masses, centres of mass and inertias are good to about this share of a link's size: a log that
+# is not clearly better than that tells nothing new.
+_FILE_ERROR_SHARE = 1.0 / 3.0
+# Shares of the fastest velocity below which friction may be larger (Stribeck).
+_SLOW_SHARES: tuple[float, ...] = (0.07, 0.25)
+# Radius of gyration, as a share of the reach, of a link without mass in the file.
+_GYRATION_SHARE = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,18 +133,18 @@ def least_squares(rows: Sequence[JointRows], start: FloatArray, sizes: FloatArra
     def weighed() -> FloatArray:
         return reduced(np.vstack([triangles[i] / (noise[i] * np.sqrt(correlated[i])) for i in joints]))
 
-    for _ in range(_SOLVING.most_rounds):
+    for _ in range(_MOST_ROUNDS):
         r, before = weighed(), noise.copy()
-        steps, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_SOLVING.least_singular_share)
+        steps, _, rank, _ = np.linalg.lstsq(r[:, :p], r[:, p], rcond=_LEAST_SINGULAR_SHARE)
         values = start + sizes * steps
         for i in joints:
             residual = rows[i].torque - rows[i].columns @ values
             correlated[i] = _rows_per_independent_one(residual)
             spare = max(len(residual) - rank / len(joints), 1.0)
             # A residual is never less than the round-off of its operands.
-            least = _SOLVING.round_off_share * float(np.abs(rows[i].torque).max())
+            least = _ROUND_OFF_SHARE * float(np.abs(rows[i].torque).max())
             noise[i] = max(float(np.sqrt(residual @ residual / spare)), least)
-        if np.nanmax(np.abs(noise / before - 1.0)) < _SOLVING.settled_change:
+        if np.nanmax(np.abs(noise / before - 1.0)) < _SETTLED_CHANGE:
             break
     return _along_directions(weighed(), start, sizes, noise, correlated)
 
@@ -200,7 +186,7 @@ def change_by_friction(estimate: Estimate, rows: Sequence[JointRows], unknowns: 
     width, load = len(directions), estimate.values.copy()
     # The drive's own inertia and friction do not load its gear.
     load[unknowns.of_drives] = load[unknowns.of_friction] = 0.0
-    terms = 1 + len(_SIZES.slow_shares)
+    terms = 1 + len(_SLOW_SHARES)
     blocks = [np.eye(width + terms * n, width + terms * n + 1)]  # none is larger than its plausible size
     for i, joint_rows in enumerate(rows):
         if not len(joint_rows.torque):
@@ -211,7 +197,7 @@ def change_by_friction(estimate: Estimate, rows: Sequence[JointRows], unknowns: 
         block[:, :width] = joint_rows.columns * estimate.sizes @ directions.T
         first, fastest = width + terms * i, float(np.abs(velocity).max())
         block[:, first] = sign * np.abs(joint_rows.columns @ load)
-        for k, share in enumerate(_SIZES.slow_shares, start=1):
+        for k, share in enumerate(_SLOW_SHARES, start=1):
             slow = np.exp(-np.square(velocity / (share * fastest)))
             block[:, first + k] = estimate.sizes[coulomb] * sign * slow
         block[:, -1] = joint_rows.torque - joint_rows.columns @ estimate.values
@@ -223,8 +209,8 @@ def change_by_friction(estimate: Estimate, rows: Sequence[JointRows], unknowns: 
 
 def _blocks(rows: JointRows, start: FloatArray, sizes: FloatArray) -> Iterator[FloatArray]:
     """Columns times plausible sizes, and residual torque of the start; some rows at a time."""
-    for first in range(0, len(rows.torque), _SOLVING.rows_at_once):
-        block = rows.at(slice(first, first + _SOLVING.rows_at_once))
+    for first in range(0, len(rows.torque), _ROWS_AT_ONCE):
+        block = rows.at(slice(first, first + _ROWS_AT_ONCE))
         yield np.column_stack([block.columns * sizes, block.torque - block.columns @ start])
 
 
@@ -236,8 +222,8 @@ def plausible_sizes(
     Of links that a file states, it is the size of the file's error.
     """
     sizes, n = np.zeros(unknowns.count), arm.n_joints
-    masses = np.maximum(links[:, 0], _SIZES.lightest_share * float(links[:, 0].mean()))
-    lengths = np.full(n, _SIZES.shortest_share * (arm.reach or 1.0))
+    masses = np.maximum(links[:, 0], _LIGHTEST_SHARE * float(links[:, 0].mean()))
+    lengths = np.full(n, _SHORTEST_SHARE * (arm.reach or 1.0))
     for i, (link, parameters) in enumerate(zip(arm.links, links, strict=True)):
         ends = [parameters[1:4] / masses[i], link.frame.translation]
         ends += [joint.placement.translation for joint in arm.joints[i + 1 : i + 2]]
@@ -250,7 +236,7 @@ def plausible_sizes(
     if arm.drives:
         sizes[unknowns.of_drives] = np.maximum(sizes[unknowns.of_drives], arm.drive_inertia)
     if arm.mass.any():
-        sizes[unknowns.of_links] *= _SIZES.file_error_share
+        sizes[unknowns.of_links] *= _FILE_ERROR_SHARE
     first, drive = unknowns.of_friction.start, unknowns.of_drives.start
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # if limits are assumed
@@ -283,11 +269,11 @@ def _uniform_bodies(arm: RobotArm) -> FloatArray:
         # From the joint's origin to the next joint's, in the link's frame.
         begin = -link.frame.rotation.T @ link.frame.translation
         along = beyond - begin
-        length = max(float(np.linalg.norm(along)), _SIZES.shortest_share * (arm.reach or 1.0))
-        mass = _SIZES.rod_density * np.pi * (_SIZES.rod_slenderness * length) ** 2 * length
+        length = max(float(np.linalg.norm(along)), _SHORTEST_SHARE * (arm.reach or 1.0))
+        mass = _ROD_DENSITY * np.pi * (_ROD_SLENDERNESS * length) ** 2 * length
         com = begin + along / 2.0
         square = along @ along * np.eye(3) - np.outer(along, along)
-        inertia = mass * (square / 12.0 + (_SIZES.rod_slenderness * length) ** 2 / 2.0 * np.eye(3))
+        inertia = mass * (square / 12.0 + (_ROD_SLENDERNESS * length) ** 2 / 2.0 * np.eye(3))
         out.append(inertial_parameters(mass, mass * com, inertia + of_point_mass(mass, com)))
     return np.array(out)
 
@@ -305,6 +291,6 @@ def described(arm: RobotArm) -> FloatArray:
     for i, link in enumerate(arm.links):
         if link.axial_only:
             moment = float(np.abs(link.inertia_com).max())
-            mass = moment / (_SIZES.gyration_share * (arm.reach or 1.0)) ** 2
+            mass = moment / (_GYRATION_SHARE * (arm.reach or 1.0)) ** 2
             parameters[i] = inertial_parameters(mass, np.zeros(3), moment * np.eye(3))
     return parameters

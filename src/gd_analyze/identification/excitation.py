@@ -31,31 +31,23 @@ from gd_analyze.robots.limits import box_limits
 from gd_analyze.text import LARGEST, number
 from gd_analyze.threads import one_thread
 
-
-@dataclass(frozen=True, kw_only=True)
-class _ExcitationSettings:
-    """The search for an exciting motion."""
-
-    # Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
-    # readings, leave an error of ten times a parameter's plausible size.
-    most_condition_number: float = 1e5
-    set_points_per_second: float = 100.0  # set points per second by default
-    instants_per_equation: int = 5  # equations are evaluated at every fifth of the instants used for limits
-    random_series: int = 40  # random series to begin with
-    descents: int = 3  # descents from the best of them
-    tries_per_descent: int = 50  # tries of each descent
-    tries_of_best: int = 160  # further tries of the best descent
-    difference_step: float = 1e-6  # step of a difference that stands for a derivative
-    drawn_positions: int = 4000  # positions drawn for a box of the end effector
-    size_in_box: float = 0.5  # size of the series around the best of these positions
-    # Desired and least distance of the end effector from the walls of its box, as shares of the reach.
-    clearance_share: float = 5e-3
-    least_clearance_share: float = 5e-4
-    # Loss of an instant that is outside by the arm's reach; a larger one slows the descent.
-    outside_penalty: float = 1e3
-
-
-_SETTINGS = _ExcitationSettings()
+# Condition number beyond which logs determine nothing: torques measured to 1 %, averaged over 10 000
+# readings, leave an error of ten times a parameter's plausible size.
+_MOST_CONDITION_NUMBER = 1e5
+_SET_POINTS_PER_SECOND = 100.0  # set points per second by default
+_INSTANTS_PER_EQUATION = 5  # equations are evaluated at every fifth of the instants used for limits
+_RANDOM_SERIES = 40  # random series to begin with
+_DESCENTS = 3  # descents from the best of them
+_TRIES_PER_DESCENT = 50  # tries of each descent
+_TRIES_OF_BEST = 160  # further tries of the best descent
+_DIFFERENCE_STEP = 1e-6  # step of a difference that stands for a derivative
+_DRAWN_POSITIONS = 4000  # positions drawn for a box of the end effector
+_SIZE_IN_BOX = 0.5  # size of the series around the best of these positions
+# Desired and least distance of the end effector from the walls of its box, as shares of the reach.
+_CLEARANCE_SHARE = 5e-3
+_LEAST_CLEARANCE_SHARE = 5e-4
+# Loss of an instant that is outside by the arm's reach; a larger one slows the descent.
+_OUTSIDE_PENALTY = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +144,7 @@ def exciting_motion(
     duration = possible_duration(duration)
     count = n_set_points
     if count is None:
-        count = max(2, round(_SETTINGS.set_points_per_second * duration) + 1)
+        count = max(2, round(_SET_POINTS_PER_SECOND * duration) + 1)
     require_set_points(count)
     family = FourierSeries(box_limits(arm), duration)
     fewest = 1 + 2 * family.harmonics * round(duration / family.period)
@@ -165,19 +157,19 @@ def exciting_motion(
             "n_set_points",
             expected,
             str(count),
-            f"by default there are {_SETTINGS.set_points_per_second:g} per second",
+            f"by default there are {_SET_POINTS_PER_SECOND:g} per second",
         )
     search = _Search(arm, family, within)
     try:
         series = search.best(np.random.default_rng(seed))
-        condition = search.equations.condition(family.motion(series)[..., :: _SETTINGS.instants_per_equation])
+        condition = search.equations.condition(family.motion(series)[..., ::_INSTANTS_PER_EQUATION])
     except np.linalg.LinAlgError:  # of equations without any motion
         condition = np.inf
-    if condition > _SETTINGS.most_condition_number:
+    if condition > _MOST_CONDITION_NUMBER:
         raise UsageError(
             "the duration is too short for a motion that tells links, drives and friction apart",
             where="duration",
-            expected=f"equations of a condition number up to {_SETTINGS.most_condition_number:g}",
+            expected=f"equations of a condition number up to {_MOST_CONDITION_NUMBER:g}",
             found=f"{number(condition, 2)} in {duration:g} s",
             next_step="plan a longer motion: 10 s to 30 s are usual",
         )
@@ -219,43 +211,43 @@ class _Search:
 
     def loss(self, x: FloatArray) -> tuple[float, FloatArray]:
         """Minus the log of the determinant, and a penalty outside the box; and the derivative by x."""
-        n, step, every = self.arm.n_joints, _SETTINGS.difference_step, _SETTINGS.instants_per_equation
+        n, step, every = self.arm.n_joints, _DIFFERENCE_STEP, _INSTANTS_PER_EQUATION
         near = self.family.motion(self.family.within_limits(np.vstack([x, x + step * np.eye(len(x))])))
         change = (near[:, 1:] - near[:, :1]) / step
         log_determinant, slope = self.equations.log_determinant(near[:, 0, :, ::every])
         value, gradient = -log_determinant, -np.einsum("skiN,siN->k", change[..., ::every], slope)
         if self.within is not None:
             positions = (near[0, 0][:, None] + step * np.eye(n + 1)[1:, :, None]).reshape(n, -1)
-            outside = self.outside(positions, _SETTINGS.clearance_share)
+            outside = self.outside(positions, _CLEARANCE_SHARE)
             far = np.square(outside / self.reach).sum(axis=0)
-            far = _SETTINGS.outside_penalty * far.reshape(n + 1, -1)
+            far = _OUTSIDE_PENALTY * far.reshape(n + 1, -1)
             value += float(far[0].sum())
             gradient += np.einsum("kiN,iN->k", change[0], (far[1:] - far[0]) / step)
         return value, gradient
 
     def starts(self, rng: np.random.Generator) -> FloatArray:
         """Numbers of random series, (starts, count); with a box, small ones about positions within it."""
-        x = self.family.random(rng, _SETTINGS.random_series)
+        x = self.family.random(rng, _RANDOM_SERIES)
         if self.within is not None:
             limits = self.family.limits
-            places = rng.uniform(size=(_SETTINGS.drawn_positions, self.arm.n_joints))
+            places = rng.uniform(size=(_DRAWN_POSITIONS, self.arm.n_joints))
             drawn = limits.lower + places * (limits.upper - limits.lower)
-            far = self.outside(drawn.T, _SETTINGS.clearance_share).max(axis=0)
-            nearest = np.argsort(far, kind="stable")[: _SETTINGS.random_series]
-            x[..., -2], x[..., -1] = places[nearest], _SETTINGS.size_in_box
-        return x.reshape(_SETTINGS.random_series, -1)
+            far = self.outside(drawn.T, _CLEARANCE_SHARE).max(axis=0)
+            nearest = np.argsort(far, kind="stable")[:_RANDOM_SERIES]
+            x[..., -2], x[..., -1] = places[nearest], _SIZE_IN_BOX
+        return x.reshape(_RANDOM_SERIES, -1)
 
     def best(self, rng: np.random.Generator) -> FloatArray:
         """Series of the best descent, made smaller if needed for the box or the drives' torques."""
         ranked = sorted(self.starts(rng), key=lambda x: self.loss(x)[0])
-        descents = [self.descent(x, _SETTINGS.tries_per_descent) for x in ranked[: _SETTINGS.descents]]
-        x, _ = self.descent(min(descents, key=lambda descent: descent[1])[0], _SETTINGS.tries_of_best)
+        descents = [self.descent(x, _TRIES_PER_DESCENT) for x in ranked[:_DESCENTS]]
+        x, _ = self.descent(min(descents, key=lambda descent: descent[1])[0], _TRIES_OF_BEST)
         series = self.family.within_limits(x)
         within = None
         for size in np.linspace(1.0, 0.1, 91):
             smaller = np.hstack([size * series[:, :-1], series[:, -1:]])
             motion = self.family.motion(smaller, self.fine)
-            far = self.outside(motion[0], _SETTINGS.least_clearance_share).max()
+            far = self.outside(motion[0], _LEAST_CLEARANCE_SHARE).max()
             if far > 0.0:
                 continue
             within = smaller

@@ -44,25 +44,17 @@ from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.kept_program import Programs, Task, kept_programs, program_name
 from gd_analyze.simplification.torque_program import ROUGH, program_of_terms, torque_program
 
-
-@dataclass(frozen=True, kw_only=True)
-class _ExactSettings:
-    """Which exact programs are tried, and for how many joints and terms."""
-
-    quick_joints: int = 6  # most joints of an arm whose terms are all counted at once
-    # Outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
-    outer_joints: int = 4
-    # Most joints for which sums of terms may take fewer operations than the recursion: the number of terms
-    # grows with the fourth power of the number of joints, the operations of the recursion with the first.
-    joints_of_sums: int = 4
-    # Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or
-    # more.
-    terms_per_operation: int = 5
-    # Most terms of D or c, or of a short arm's torque, whose sums share parts: half a second.
-    shared_terms: int = 250
-
-
-_SETTINGS = _ExactSettings()
+_QUICK_JOINTS = 6  # most joints of an arm whose terms are all counted at once
+# Outer joints of a longer arm whose terms are counted first, which takes tens of milliseconds.
+_OUTER_JOINTS = 4
+# Most joints for which sums of terms may take fewer operations than the recursion: the number of terms
+# grows with the fourth power of the number of joints, the operations of the recursion with the first.
+_JOINTS_OF_SUMS = 4
+# Terms per operation known from which on their sums take more: of Panda and Gen3, a term takes 0.4 or
+# more.
+_TERMS_PER_OPERATION = 5
+# Most terms of D or c, or of a short arm's torque, whose sums share parts: half a second.
+_SHARED_TERMS = 250
 
 # Most torque terms that are written out to choose from: a second, for a general seven-joint arm of 30 000.
 MOST_TERMS = 60_000
@@ -188,10 +180,9 @@ class ExactForm:
 
     def _shortest_torque(self) -> Programs:
         programs = [self.recursion]
-        if self.arm.n_joints <= _SETTINGS.joints_of_sums:
+        if self.arm.n_joints <= _JOINTS_OF_SUMS:
             programs += [
-                torque_program(self.velocities, self.torques, effort)
-                for effort in (ROUGH, _SETTINGS.shared_terms)
+                torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED_TERMS)
             ]
         if not self.arm.gravity.any():
             programs.append(motion_program(self._with_gravity.program))
@@ -246,9 +237,9 @@ def functions_to_rewrite(form: ExactForm, torque: Program) -> Functions:
 def _of_own_terms(form: ExactForm, quantity: str, operations: int) -> Iterator[Program]:
     """Programs of the terms of D or c in absolute and in joint velocities, unless they are very many."""
     torques = {term: weight for term, weight in form.torques.items() if term.quantity == quantity}
-    if len(torques) > _SETTINGS.terms_per_operation * operations:
+    if len(torques) > _TERMS_PER_OPERATION * operations:
         return
-    effort = _SETTINGS.shared_terms
+    effort = _SHARED_TERMS
     yield program_of_terms(quantity, form.velocities, torques, effort)
     if form.velocities.before:
         in_joints = AbsoluteVelocities.of_joints(form.arm.n_joints)
@@ -325,11 +316,11 @@ def too_many_terms(form: ExactForm) -> str:
 
 def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints are counted first."""
-    if "torques" in vars(form) or form.arm.n_joints <= _SETTINGS.quick_joints:
+    if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
     arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="", spread=None)
     outer = (
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
-        for count in range(_SETTINGS.outer_joints, arm.n_joints, 2)
+        for count in range(_OUTER_JOINTS, arm.n_joints, 2)
     )
     return any(len(outer_form.torques) > most for outer_form in outer) or len(form.torques) > most
