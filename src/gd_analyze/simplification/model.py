@@ -245,12 +245,6 @@ class SimplifiedModel:
         vars(model)["program"] = self.level.write(self.form, self.terms, COUNTING)
         return model
 
-    def written(self) -> SimplifiedModel:
-        """The same model with its own program again."""
-        model = copy(self)
-        vars(model).pop("program", None)
-        return model
-
     @cached_property
     def drops_nothing(self) -> bool:
         """Whether it keeps all terms of its level, and is the exact dynamics."""

@@ -15,6 +15,7 @@ from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
 from gd_analyze.simplification.search import SearchOptions, TermProgress, selected_terms
+from gd_analyze.simplification.torque_program import COUNTING
 
 # States that represent very many in a search, which evaluates each thousands of times.
 MOST_SEARCHED = 600
@@ -93,18 +94,17 @@ def until_it_holds(
         start = search.terms
         model = replace(everything, terms=search.terms)
         model = model.stating(replace(everything.accuracy, steps=search.steps))
-        model = with_gamma(sample, model.drafted())
+        is_long = len(model.terms) > COUNTING
+        looked_at = with_gamma(sample, model.drafted() if is_long else model)
         if len(model.terms) > options.most_terms:
-            return Searched(model, sample)
-        excess = _first_excess(model, turn, checks)
-        if excess is None:
+            return Searched(looked_at, sample)
+        excess = _first_excess(looked_at, turn, checks)
+        if excess is None and is_long:
             # What holds is written in few operations, and looked at once more.
-            model = with_gamma(sample, with_rewriting(model.written()))
-            if not model.saves:
-                return Searched(model, sample)
-            excess = _first_excess(model, turn, checks)
+            looked_at = with_gamma(sample, model)
+            excess = _first_excess(looked_at, turn, checks) if model.saves else None
         if excess is None:
-            return Searched(model, sample)
+            return Searched(looked_at, sample)
         sample = sample.joined_by(excess.states, excess.weights)
         if excess.is_of_region:
             exceeds = excess.errors > allowed
@@ -170,4 +170,4 @@ def stated(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:
     if not model.saves:
         return with_gamma(exact, exactly(exact, model.level, accuracy.allowed, accuracy.budget))
     accuracy = replace(accuracy, fitted_on=exact.states.described)
-    return with_gamma(exact, measured(exact, model.stating(accuracy)))
+    return with_gamma(exact, measured(exact, with_rewriting(model.stating(accuracy))))
