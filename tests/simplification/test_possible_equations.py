@@ -47,7 +47,7 @@ def assert_prints_itself(model: SimplifiedModel, seed: int = 0) -> None:
 CASES = [
     ("two_link", "two-link-swing", "60%"),
     ("two_link", None, "20%"),
-    long("scara", None, "5%"),
+    long("scara", None, "10%"),
     long("puma560", "pick-and-place", "5%"),
     long("puma560", "pick-and-place", "1%"),
     long("puma560", "large-slew", "1%"),

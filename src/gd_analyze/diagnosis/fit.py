@@ -154,7 +154,8 @@ def _changes(normal: FloatArray, right: FloatArray, price: float, most: float) -
     """Changes of the links that fit best at a price, or at the higher one that keeps them to `most`."""
     # Under a wrong hypothesis columns may be many times as large as the file's error.
     priced = normal + price * np.eye(len(right))
-    root = np.sqrt(np.diag(priced))
+    # What is eliminated may leave a negative square, by round-off.
+    root = np.sqrt(np.maximum(np.diag(priced), price))
     scaled = priced / np.outer(root, root) + _SINGULAR_ROUND_OFF * np.eye(len(root))
     changes = np.asarray(np.linalg.solve(scaled, right / root) / root, dtype=float)
     if changes @ changes <= most:
