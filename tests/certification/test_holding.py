@@ -262,3 +262,13 @@ def test_an_ascent_stays_inside_and_never_descends():
     ends = [np.where(sign * slope[:, None] > 0, upper, lower) for sign in (1, -1)]
     best = np.maximum(*map(share, ends))
     assert (share(reached) == best).mean() > 0.5
+
+
+@pytest.mark.parametrize("region", ["motion", "box"])
+def test_a_budget_beyond_any_torque_is_a_budget(two_link, swing, region):
+    """1e12 % of some N m are more than the largest number of an arm."""
+    exact = gd.types.ExactDynamics.of(two_link, swing)
+    states = gd.types.Tube.along(two_link, swing) if region == "motion" else gd.types.Box.of(two_link)
+    held = simplify_held(exact, "1e12 %", states, certified=True)
+    assert held.certificate is not None
+    assert held.certificate.within(held.model.accuracy.allowed).all()

@@ -468,6 +468,26 @@ def test_words_of_the_states_follow_from_the_numbers(request, path, which, words
     assert load_model(forged).accuracy.certificate.where == model.accuracy.certificate.where
 
 
+def test_a_certificate_of_any_size_is_proven_again(around, path):
+    """A larger error than any torque of an arm is a bound, too."""
+
+    def loose(document: Document) -> None:
+        document["accuracy"]["certificate"]["certified"] = [1e13, 1e13]
+
+    assert proven_again(load_model(changed(around, path, loose)))[1]
+
+
+@pytest.mark.parametrize("key", ["provenance", "motion"])
+def test_text_that_no_file_can_hold_is_refused(own, path, key):
+    def halved(document: Document) -> None:
+        if key == "provenance":
+            document["provenance"]["run"] = "\ud800"
+        else:
+            document["accuracy"]["fitted_on"]["trajectory"] = "swing \udfff"
+
+    assert "is no text" in refused(changed(own, path, halved)).what
+
+
 def test_words_are_no_certificate(own, path):
     def words(document: Document) -> None:
         document["accuracy"]["budget"] += ", certified"

@@ -336,6 +336,15 @@ def test_formats_and_records_that_are_none(tmp_path):
         batch(ROWS, tmp_path)
 
 
+@pytest.mark.parametrize("name", ["budget", "link2.mass"])
+def test_a_column_that_stands_twice_is_refused(tmp_path, name):
+    table = tmp_path / "rows.csv"
+    table.write_text(f"arm,trajectory,{name}, {name},,\ntwo_link,two-link-swing,1,2,,\n")
+    with pytest.raises(UsageError, match=f"2 columns {name}") as caught:
+        batch(table, tmp_path / "out")
+    assert "rows.csv, header" in caught.value.details["where"]
+
+
 def test_small_inputs_travel_and_others_are_refused_where_they_differ(tmp_path, monkeypatch, two_link):
     gd.save_arm(two_link, tmp_path / "arm.toml")
     log = tmp_path / "log.csv"

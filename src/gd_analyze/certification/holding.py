@@ -31,6 +31,7 @@ from gd_analyze.simplification.simplify import (
     stated,
     until_it_holds,
 )
+from gd_analyze.text import LARGEST
 from gd_analyze.threads import one_thread
 
 DRAWN_STATES = 300  # states drawn from the region that a search looks at from the first round on
@@ -229,6 +230,6 @@ class _OverRegion:
             self.region,
             effort=self.effort,
             harmonics=harmonics,
-            limit=self.allowed,
+            limit=np.minimum(self.allowed, LARGEST),
             tighten=tighten,
         )

@@ -261,6 +261,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
         message = "the model file was changed after it was written: its stated errors no longer hold"
         stated = f"digest {str(raw.get('digest'))[:16]}"
         raise _refused(message, str(path), f"digest {digest_of_model(raw)[:16]}... of its content", stated)
+    _require_text(raw, path)
     try:
         model = model_of(ModelDocument.model_validate(raw))
     except ValidationError as error:
@@ -276,6 +277,16 @@ def load_model(path: str | Path) -> SimplifiedModel:
     warn_of_implausible(model.arm, stacklevel=2)
     warn_of_others(path, model.provenance.get("run", ""))
     return model
+
+
+def _require_text(raw: dict[str, Any], path: Path) -> None:
+    """Raise a ModelError where text holds half a character, which JSON can state and no file can hold."""
+    try:
+        json.dumps(raw, ensure_ascii=False).encode()
+    except UnicodeEncodeError as error:
+        message, found = "the model file is damaged: this is no text", error.object[error.start : error.end]
+        before = error.object[max(0, error.start - 40) : error.start]
+        raise _refused(message, f"{path}, after {in_python(before)}", "text", in_python(found)) from None
 
 
 def _refused(message: str, where: str, expected: str | None, value: str | None) -> ModelError:

@@ -67,10 +67,20 @@ def rows_in(path: Path) -> list[BatchRow]:
             text = text.removeprefix("\ufeff")
             between = max(",;\t", key=text.partition("\n")[0].count)
             lines = csv.DictReader(io.StringIO(text), delimiter=between, restkey="(beyond the header)")
+            _require_distinct(lines.fieldnames or (), path)
             named = ({str(k).strip(): v for k, v in row.items() if v not in (None, "")} for row in lines)
             rows = list(islice(named, MOST_ROWS + 1))
             _require_few(len(rows), path)
     return checked_rows(rows, str(path))
+
+
+def _require_distinct(names: Sequence[str], path: Path) -> None:
+    """Refuse a table of two columns of one name."""
+    stripped = [name.strip() for name in names]
+    for name in filter(None, stripped):
+        if stripped.count(name) > 1:
+            message, step = f"there are {stripped.count(name)} columns {name}", "keep one of them"
+            raise UsageError(message, where=f"{path}, header", next_step=step)
 
 
 def checked_rows(rows: Sequence[BatchRow], where: str) -> list[BatchRow]:
