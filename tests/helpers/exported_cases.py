@@ -12,6 +12,7 @@ import numpy as np
 import gd_analyze as gd
 from changed_programs import rounded
 from gd_analyze.certification.certificate import Certificate
+from gd_analyze.dynamics.drivetrain import has_friction
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.types import ExactForm, Joint, Link
 from made_models import exact_model, model_of, running
@@ -58,7 +59,7 @@ def subject(case: str) -> ExportInput:
         return ExportInput.of_decomposition(arm)
     if what in ("", "further"):
         exact = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(None)))
-        further = tuple(x for x in FURTHER if x != "friction" or arm.drives)
+        further = tuple(x for x in FURTHER if x != "friction" or has_friction(arm))
         return exact.with_functions(further) if what else exact
     if what == "program":
         form = ExactForm(arm, arm.counts_drives(None))
