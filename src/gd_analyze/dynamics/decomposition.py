@@ -314,12 +314,6 @@ def _run(
             progress(chunk.stop - chunk.start)
 
 
-def contributions_program(arm: RobotArm, drives: bool) -> Program:
-    """The torque as the sum of its contributions, written as a program."""
-    names = (*_LEAN, "drive_torque") if drives else _LEAN
-    return _program(arm, names, ("torque",))
-
-
 def torque_of(
     arm: RobotArm,
     states: States,
