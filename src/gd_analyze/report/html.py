@@ -18,13 +18,13 @@ from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import PartNumbers, is_seen
 from gd_analyze.result import (
     AnyFact,
+    Column,
     Drawing,
     Equations,
     Mark,
     Part,
     Result,
     Section,
-    SeenColumn,
     SeenFact,
     Table,
 )
@@ -151,15 +151,16 @@ def table_html(table: Table, numbers: PartNumbers) -> str:
     cells = [_cells(column, written, sortable) for column, _, written in columns]
     rows = "".join(f"<tr>{''.join(row)}</tr>\n" for row in zip(*cells, strict=True))
     caption = f"{numbers.of_table(table.key)}{text(table.title)}"
+    mark = escape(table.key or "")
     return (
         f'<div class="scroll" role="group" aria-label="{escape(table.title)}" tabindex="0">\n'
-        f'<table class="data{" sortable" if sortable else ""}" id="table-{escape(table.key)}">\n'
+        f'<table class="data{" sortable" if sortable else ""}" id="table-{mark}">\n'
         f"<caption><span>{caption}</span></caption>\n<thead><tr>{''.join(heads)}</tr></thead>\n"
         f"<tbody>\n{rows}</tbody>\n</table>\n</div>\n{paragraphs(table.note, 'small')}"
     )
 
 
-def _cells(column: SeenColumn, written: Sequence[str], sortable: bool) -> Iterator[str]:
+def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[str]:
     """Cells as elements of a row; a name heads its row."""
     all_drawn = column.drawn or [None] * len(written)
     for value, drawn, cell in zip(column.values, all_drawn, map(text, written), strict=False):
@@ -179,7 +180,7 @@ def _mark(mark: Mark) -> Markup:
     return Markup('<span class="kept {}">{}</span>').format(mark.effect, text(mark.text))
 
 
-def _side(column: SeenColumn) -> str:
+def _side(column: Column) -> str:
     """Words on the left, figures on the right."""
     return "" if column.is_text or column.shown == "share" else ' class="value"'
 

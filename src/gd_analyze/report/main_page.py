@@ -62,8 +62,10 @@ def render_html(findings: Findings, report: MainReport | None = None) -> str:
     """Write the interactive report of one run: one document with styles, drawings and scripts inside."""
     report, path = report or main_report(findings), BudgetPath.of(findings)
     numbers = report.numbers
-    letters = dict(zip((section.key for section in report.appendices), "ABCDEFGHIJKLMN", strict=False))
-    appendices = (_appendix(findings, report, section, letters[section.key]) for section in report.appendices)
+    letters = dict(zip((section.key or "" for section in report.appendices), "ABCDEFGHIJKLMN", strict=False))
+    appendices = (
+        _appendix(findings, report, section, letters[section.key or ""]) for section in report.appendices
+    )
     effects = "".join(drawing_html(drawing, numbers) for drawing in report.effects)
     body = template("main.html").format(
         opening=opening(report.opening, "notes" if report.notes else ""),

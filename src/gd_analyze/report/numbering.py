@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from gd_analyze.result import Drawing, Part, Section, SeenColumn, Table, Value
+from gd_analyze.result import Drawing, Part, Section, Table, Value
 
 
 class PartNumbers(NamedTuple):
@@ -21,15 +21,15 @@ class PartNumbers(NamedTuple):
         """Count drawings, and tables that people see."""
         all_parts = [*flat(parts)]
         drawings = dict.fromkeys(part.key for part in all_parts if isinstance(part, Drawing))
-        tables = dict.fromkeys(part.key for part in all_parts if isinstance(part, Table) and is_seen(part))
-        tables.pop("", None)
+        seen = [part for part in all_parts if isinstance(part, Table) and is_seen(part)]
+        tables = dict.fromkeys(table.key for table in seen if table.key is not None)
         return cls(*({key: k for k, key in enumerate(keys, start=1)} for keys in (drawings, tables)))
 
     def of_figure(self, key: str) -> Markup:
         """Write `Figure 3.` in bold; nothing if it has no number."""
         return Markup(f"<b>Figure {self.figures[key]}.</b> ") if key in self.figures else Markup("")
 
-    def of_table(self, key: str) -> Markup:
+    def of_table(self, key: str | None) -> Markup:
         """Write `Table 3.` in bold; nothing if it has no number."""
         return Markup(f"<b>Table {self.tables[key]}.</b> ") if key in self.tables else Markup("")
 
@@ -45,9 +45,5 @@ def flat(parts: Sequence[Part]) -> Iterator[Part]:
 def is_seen(part: Part) -> bool:
     """Whether people see a part: a table with rows and headings, and all else but values for JSON."""
     if isinstance(part, Table):
-        return (
-            part.n_rows > 0
-            and part.top != 0
-            and any(isinstance(column, SeenColumn) for column in part.columns)
-        )
+        return part.n_rows > 0 and part.top != 0
     return not isinstance(part, Value)

@@ -23,7 +23,7 @@ from gd_analyze.report.html import TEMPLATES
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import PartNumbers, flat, is_seen
-from gd_analyze.result import Drawing, Equations, Mark, Part, Result, Section, SeenColumn, SeenFact, Table
+from gd_analyze.result import Column, Drawing, Equations, Mark, Part, Result, Section, SeenFact, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import margins, tube_bound
 from gd_analyze.results.run_result import stop_facts
@@ -169,7 +169,7 @@ def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
     lengths = [max((len(str(cell)) for cell in of_column), default=0) for of_column in cells]
     return {
         "kind": "table",
-        "number": numbers.tables.get(table.key),
+        "number": numbers.tables.get(table.key or ""),
         "title": pretty(table.title),
         "heads": [[column.label, unit] for column, unit, _ in printed],
         "left": [column.is_text for column in columns],
@@ -182,7 +182,7 @@ def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
     }
 
 
-def _cells(column: SeenColumn, written: Sequence[str]) -> list[Any]:
+def _cells(column: Column, written: Sequence[str]) -> list[Any]:
     """Cells: text, mathematics ("math"), or a mark ("effect" and "text")."""
     if column.drawn is not None:
         return [
