@@ -12,7 +12,7 @@ import gd_analyze as gd
 from gd_analyze.cli.options import TRAJECTORY, Amount, F, together
 
 if TYPE_CHECKING:
-    from gd_analyze.motions.table import Progress
+    from gd_analyze.progress import Progress
 
 _KEPT = "gd_analyze.log"
 # Where a command keeps what shows its stages.
@@ -154,15 +154,6 @@ def read_motions(words: tuple[str, ...], arm: gd.types.RobotArm) -> gd.Trajector
 
 
 def progress_shown() -> Progress:
-    """Show how much of a log is read."""
-    stage, before = click.get_current_context().meta[STAGE], 0
-
-    def tell(done: int, total: int) -> None:
-        nonlocal before
-        if done <= before or not before:
-            stage("reading", total)
-            before = 0
-        stage.advance(done - before)
-        before = done
-
-    return tell
+    """What shows how much of a log is read."""
+    progress: Progress = click.get_current_context().meta[STAGE]
+    return progress

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.errors import Warned
+from gd_analyze.progress import Progress
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class StageLines:
         self._timer.cancel()
 
 
-class Stages:
+class Stages(Progress):
     """Says on standard error what is going on: on a progress display, in lines, or not at all."""
 
     def __init__(
@@ -89,7 +90,7 @@ class Stages:
         self._lines = lines
         self._warned = warned
 
-    def __call__(self, label: str, total: int | None = None) -> None:
+    def stage(self, label: str, total: int | None = None) -> None:
         """Begin a stage of `total` steps, or of an unknown number, and print the warnings of the last one."""
         if self._warned:
             self._warned.tell()
@@ -99,7 +100,9 @@ class Stages:
             display, task = self._shown
             display.reset(task, description=visible(label), total=total)
 
-    def advance(self, steps: int) -> None:
+    __call__ = stage
+
+    def advance(self, steps: int = 1) -> None:
         """Note that some steps are done."""
         if self._shown:
             display, task = self._shown
