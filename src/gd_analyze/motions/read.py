@@ -11,6 +11,7 @@ from types import NoneType
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
@@ -25,6 +26,7 @@ from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.text import visible
 
 
+@strict
 def read_trajectory(
     path_or_name: str | Path,
     arm: RobotArm | str | Path,
@@ -98,6 +100,7 @@ def motion_of(
     return trajectory
 
 
+@strict
 def read_log(
     path_or_name: str | Path,
     arm: RobotArm | str | Path,
