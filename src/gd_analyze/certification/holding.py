@@ -18,7 +18,6 @@ from gd_analyze.motions.states import States
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
-from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search import SearchOptions
@@ -89,10 +88,9 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, the tube is around other motions, or the level is
-        element.
+        If not even the exact model can be certified, the tube is around other motions, or the level has no
+        terms to choose from.
     """
-    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)

@@ -9,6 +9,7 @@ import click
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import excludes
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
 
@@ -70,19 +71,16 @@ def equations(
       gd-analyze equations puma560 --parameters
       gd-analyze equations scara --symbolic --format sympy -o scara.py
     """
+    excludes("--symbolic", "--parameters", "--terms", "--min-share", as_it="writes every term")
+    excludes("--parameters", "--element", "--terms", "--min-share", as_it="is for the whole arm")
+    excludes("--terms", "--format", "--out", as_it="prints a table to the terminal")
     form = form or _FORMS.get(out.suffix if out is not None else "", "text")
     if symbolic:
-        if parameters or terms or min_share > 0:
-            raise click.UsageError("--symbolic writes every term: omit --parameters, --terms, --min-share")
         _give_symbolic(robot, elements, form, out, output)
         return
     if parameters:
-        if elements or terms or min_share > 0:
-            raise click.UsageError("--parameters is for the whole arm: omit --element, --min-share, --terms")
         _give_parameters(robot, form, digits, out, output)
         return
-    if terms and (form != "text" or out is not None):
-        raise click.UsageError("--terms prints a table to the terminal: omit --format and --out")
     require_outputs(out)
     with output.working() as progress:
         from gd_analyze.formulas.results import Heading, equation_text, equations_result, sympy_head

@@ -10,8 +10,9 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import command_line, is_default
+from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import is_given
 from gd_analyze.text import SINE_PRICE
 
 
@@ -93,7 +94,7 @@ def simplify(
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
-        asked_budget = None if is_default("budget") else budget
+        asked_budget = budget if is_given("--budget") else None
         require_consistent(
             search_options.level,
             asked_budget,

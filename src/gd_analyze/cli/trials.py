@@ -11,8 +11,9 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath, is_default
+from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import excludes, is_given, needs
 
 if TYPE_CHECKING:
     from gd_analyze.robots.parts import Link
@@ -70,7 +71,7 @@ def evaluate(
     """
     if out is not None and not trajectories:
         raise click.UsageError("-o writes torque over time, and needs a trajectory")
-    if payload is not None and is_default("fail_over"):
+    if payload is not None and not is_given("--fail-over"):
         fail_over = "none"
     require_outputs(out)
     require_outputs(junit, option="--junit")
@@ -147,10 +148,8 @@ def certify(
       gd-analyze certify model.json --along my.csv --margin 0.5deg,qd=1%
       gd-analyze certify model.json --check
     """
-    if margin is not None and along is None:
-        raise click.UsageError("--margin needs --along")
-    if check and (margin is not None or not is_default("effort")):
-        raise click.UsageError("--check takes margin and effort from the model's file")
+    needs("--margin", "--along")
+    excludes("--check", "--margin", "--effort", as_it="takes margin and effort from the model's file")
     with output.working() as progress:
         from gd_analyze.motions.margin import Margin
         from gd_analyze.motions.states import states_of

@@ -223,8 +223,18 @@ def written(
     subject: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
 ) -> Exported:
     """Write the functions in languages, see `export`."""
+    chosen = languages_named(languages, scalar)
+    files = {
+        f"{subject.name}{suffix}": text
+        for language in chosen.values()
+        for suffix, text in language.texts(subject).items()
+    }
+    return Exported(subject, files | (tests_of(subject, chosen) if tests else {}))
+
+
+def languages_named(languages: str | Sequence[str], scalar: str = "double") -> dict[str, Language]:
+    """Languages by their names, all with the same type of numbers; a UsageError for those without it."""
     require_type(languages, (str, list, tuple), "languages", f"one or several of {', '.join(LANGUAGES)}")
-    files: dict[str, str] = {}
     chosen: dict[str, Language] = {}
     for name in (languages,) if isinstance(languages, str) else languages:
         if name not in LANGUAGES:
@@ -235,6 +245,4 @@ def written(
             message, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
             raise UsageError(message, where="scalar", expected=expected, found=str(scalar))
         chosen[name] = language(scalar)
-        texts = chosen[name].texts(subject)
-        files |= {f"{subject.name}{suffix}": text for suffix, text in texts.items()}
-    return Exported(subject, files | (tests_of(subject, chosen) if tests else {}))
+    return chosen

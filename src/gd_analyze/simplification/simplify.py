@@ -12,7 +12,6 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
-from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
 from gd_analyze.simplification.search import SearchOptions, selected_terms
@@ -148,7 +147,6 @@ def simplify_exact(
 
     `everywhere` looks at further states. TooManyTermsError if the level has too many terms for a search.
     """
-    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)

@@ -364,7 +364,9 @@ def evaluate(
     require_arm(model, arm)
     limit, box = _limit_of(fail_over), box_of(box, arm)
     if strict and limit is None:
-        raise UsageError("--strict needs a verdict", where="--strict", next_step="give --fail-over")
+        raise UsageError(
+            "there is no verdict to be strict about", where="strict", next_step="give `fail_over`"
+        )
     trajectories: list[Trajectory | None] = [None]
     if isinstance(states, Trajectory | str | Path | Sequence):
         trajectories = [*motions_of(states, arm, partial(read_trajectory, progress=progress))]
@@ -469,4 +471,4 @@ def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:
         return "stated"
     if word == "promise":
         return "promise"
-    return Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)
+    return Budget.parse(fail_over, "fail_over") if isinstance(fail_over, str) else Budget.of(fail_over)

@@ -89,7 +89,7 @@ def proof(
 
 
 def proven_again(
-    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Progress = NO_PROGRESS
+    model: SimplifiedModel, along: Trajectory | None = None, *, progress: Progress = NO_PROGRESS
 ) -> tuple[Result, bool]:
     """Prove a model's certificate again, along the motion it names; also return whether every bound holds.
 
@@ -99,15 +99,15 @@ def proven_again(
     if stated is None:
         next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
         raise UsageError("the model states no certificate", where="--check", next_step=next_step)
-    region = stated_region(model, [motion] if motion else [])
-    is_other = isinstance(region, Tube) and motion is not None and motion.fingerprint != region.fingerprint
+    region = stated_region(model, [along] if along else [])
+    is_other = isinstance(region, Tube) and along is not None and along.fingerprint != region.fingerprint
     if region is None or is_other:
         raise UsageError(
             "the certificate is for another motion",
-            where="--check",
+            where="along",
             expected=f"the certificate's motion: {stated.where}",
-            found="none" if motion is None else motion.name,
-            next_step="name its file with --along",
+            found="none" if along is None else along.name,
+            next_step="name its file with `along`",
         )
     limit = np.minimum(stated.certified, LARGEST)
     certificate = certify(model, region, effort=stated.effort, limit=limit, progress=progress)
