@@ -214,7 +214,7 @@ def test_a_motion_of_which_the_model_states_nothing_is_not_judged(two_link, roug
     counts = ElementTree.fromstring(junit_xml(strict)).attrib
     assert (counts["failures"], counts["skipped"]) == ("2", "0")
     assert evaluate(rough, SLOW, strict=True).passed
-    with pytest.raises(UsageError, match="needs a verdict"):
+    with pytest.raises(UsageError, match="no verdict to be strict about"):
         evaluate(rough, SLOW, fail_over=None, strict=True)
 
 

@@ -50,13 +50,10 @@ def diagnose(
 
         arm = robot.load(payload, logs)
         motions = [log_options.read_motion(word, arm, progress) for word in logs]
-        files = None
-        if report is not None:
-            inputs = [arm.name, *(motion.fingerprint for motion in motions)]
-            files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
-            require_outputs(*files.paths.values())
+        inputs = [arm.name, *(motion.fingerprint for motion in motions)]
+        files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
+        require_outputs(*files.paths)
         progress.stage("diagnosing")
         result = diagnosis_result(gd.diagnose(arm, motions), provenance(command_line()))
-        if files is not None:
-            files.write(result, progress)
-    output.give(result, *(files.paths.values() if files else ()))
+        files.write(result, progress)
+    output.give(result, *files.paths)

@@ -95,12 +95,10 @@ def identify(
             [log_options.read_motion(word, arm, progress) for word in words]
             for words in (logs, held_out, loaded)
         )
-        files = None
-        if report is not None:
-            motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
-            inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
-            files = StudyFolder(report, "identification", formats, inputs, overwrite=overwrite)
-            require_outputs(*files.paths.values())
+        motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
+        inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
+        files = StudyFolder(report, "identification", formats, inputs, overwrite=overwrite)
+        require_outputs(*files.paths)
         progress.stage("identifying")
         identification = gd.identify(
             arm,
@@ -118,6 +116,5 @@ def identify(
         progress.stage("simplifying")
         answer = None if no_model or identification.doubts else supported(identification, fitted[0])
         result = identification_result(identification, answer, provenance(command_line()))
-        if files is not None:
-            files.write(result, progress)
-    output.give(result, out, *(files.paths.values() if files else ()))
+        files.write(result, progress)
+    output.give(result, out, *files.paths)

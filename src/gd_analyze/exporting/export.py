@@ -17,7 +17,7 @@ from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python,
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
-from gd_analyze.files import path_of, replacing_together
+from gd_analyze.files import path_of, write_together
 from gd_analyze.result import Column, Fact, Result, Table, columns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
@@ -139,9 +139,8 @@ class Exported:
             If they cannot be written.
         """
         paths = self.paths(path_of(folder))
-        with replacing_together(paths) as temporaries:
-            for temporary, text in zip(temporaries, self.files.values(), strict=True):
-                temporary.write_text(text, encoding="ascii", newline="\n")
+        contents = [text.encode("ascii") for text in self.files.values()]
+        write_together(dict(zip(paths, contents, strict=True)))
         return paths
 
 

@@ -31,9 +31,9 @@ from gd_analyze.files import (
     mark_of,
     path_of,
     replacing,
-    replacing_together,
     require_writable,
     temporary_folder,
+    write_together,
 )
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.progress import NO_PROGRESS, Progress
@@ -173,9 +173,7 @@ def batch(
                     yield (task,)
 
         for _, (key, entries, files) in each(analysed, tasks(), jobs, scheduler):
-            with replacing_together([folder / key / name for name in files]) as temporaries:
-                for temporary, content in zip(temporaries, files.values(), strict=True):
-                    temporary.write_bytes(content)
+            write_together({folder / key / name: content for name, content in files.items()})
             written = {name: digest_of(folder / key / name) for name in files}
             line = {"key": key, **entries, "files": written}
             record.write(json.dumps(line | {"digest": _digest(line)}).encode() + b"\n")

@@ -6,9 +6,10 @@ import json
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
-from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
+from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run, write_together
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.report.html import page_of
@@ -31,22 +32,38 @@ _WRITERS: Mapping[str, Callable[[Result], bytes]] = {
 
 
 class StudyFolder:
-    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`."""
+    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`.
+
+    Without a folder there are none, and none is written.
+    """
 
     def __init__(
-        self, folder: Path, name: str, formats: Collection[str], inputs: Sequence[str], *, overwrite: bool
+        self,
+        folder: Path | None,
+        name: str,
+        formats: Collection[str],
+        inputs: Sequence[str],
+        *,
+        overwrite: bool,
     ) -> None:
-        files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
-        self._stale = require_one_run(folder, files, formats, mark_of(inputs), overwrite=overwrite)
-        self.paths = {format_: folder / files[format_] for format_ in formats}
+        self._mark, self._paths, self._stale = mark_of(inputs), dict[str, Path](), tuple[Path, ...]()
+        if folder is not None:
+            files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
+            self._stale = require_one_run(folder, files, formats, self._mark, overwrite=overwrite)
+            self._paths = {format_: folder / files[format_] for format_ in formats}
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files to write."""
+        return tuple(self._paths.values())
 
     def write(self, result: Result, progress: Progress) -> None:
-        """Write all files once the last is made, and remove those of another run."""
-        progress.stage(f"writing {', '.join(self.paths)}")
-        contents = [_WRITERS[format_](result) for format_ in self.paths]
-        with replacing_together([*self.paths.values()]) as temporaries:
-            for temporary, content in zip(temporaries, contents, strict=True):
-                temporary.write_bytes(content)
+        """Write all files once the last is made, each with the mark of the run, and remove another run's."""
+        if not self._paths:
+            return
+        progress.stage(f"writing {', '.join(self._paths)}")
+        marked = replace(result, provenance={**result.provenance, "run": self._mark})
+        write_together({path: _WRITERS[format_](marked) for format_, path in self._paths.items()})
         for path in self._stale:
             path.unlink(missing_ok=True)
 
