@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
     from gd_analyze.robots.parts import Link
 
-RUN_FORMATS = ("h5", "json", "csv", "html", "pdf")
+RUN_FORMATS = tuple(RESULT_FILES)
 # What can be rebuilt from analysis.h5.
 MADE_AGAIN = RUN_FORMATS[1:]
 

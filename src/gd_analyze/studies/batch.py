@@ -151,7 +151,7 @@ def batch(
     require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
-        raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)
+        raise UsageError("Parquet needs the library pyarrow", where="to", found="parquet", next_step=step)
     folder = Path(out)
     for name in (RECORD, *(f"batch.{kind}" for kind in to)):
         require_writable(folder / name)
