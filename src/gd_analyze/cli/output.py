@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.cache import without_cache
-from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
-from gd_analyze.cli.terminal import Stages, colour, stages, tell_warning, width
+from gd_analyze.cli.terminal import colour, shown_progress, tell_warning, width
 from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import require_writable
+from gd_analyze.progress import Progress
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -34,13 +34,12 @@ class Output:
     warnings: list[str] = field(default_factory=list)
 
     @contextmanager
-    def working(self) -> Iterator[Stages]:
+    def working(self) -> Iterator[Progress]:
         """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
         warned = Warned(self.warnings, (lambda warning: None) if self.quiet else tell_warning)
-        with warned.collecting(), stages(self.quiet, warned) as stage:
-            click.get_current_context().meta[STAGE] = stage
-            stage("reading")
-            yield stage
+        with warned.collecting(), shown_progress(self.quiet, warned) as progress:
+            progress.stage("reading")
+            yield progress
 
     def warn(self, texts: Iterable[str]) -> None:
         """Note warnings that a study kept."""

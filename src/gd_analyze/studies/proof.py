@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.result import (
     AnyColumn,
     AnyFact,
@@ -46,13 +47,13 @@ def proof(
     *,
     margin: Margin | str | None = None,
     effort: int = bounds.POSITIONS_PER_JOINT,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
 
-    For a model with a symmetric D its smallest eigenvalue is bounded as well. `progress` is as for
-    `certify`, which is called twice with a motion.
+    For a model with a symmetric D its smallest eigenvalue is bounded as well.
     """
+    progress.stage("certifying")
     harmonics = harmonics_of(model.arm)
     region = Box.of(model.arm) if motion is None else Tube.along(model.arm, motion, margin)
     certificate = certify(model, region, effort=effort, harmonics=harmonics, progress=progress)
@@ -100,7 +101,7 @@ def proof(
 
 
 def proven_again(
-    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Callable[[int], None] | None = None
+    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Progress = NO_PROGRESS
 ) -> tuple[Result, bool]:
     """Prove a model's certificate again, along the motion it names; also return whether every bound holds.
 
