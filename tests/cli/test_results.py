@@ -15,7 +15,13 @@ from gd_analyze.result import (
     Fact,
     Result,
     Section,
+    Shown,
+    ShownColumn,
     Table,
+    Value,
+    ValueColumn,
+    for_json,
+    for_people,
     joint_columns,
     plain,
     value_text,
@@ -46,12 +52,12 @@ def result() -> Result:
     torque = Column("torque", "torque", np.array([5.0, math.nan]), ["N m", "N m"])
     share = Column("share", "of peak", [0.5, math.inf], shown="percent")
     table = Table("joints", "Torques", (*joint_columns(joints), torque, share))
-    mixed = Column("", "force", [1.0, 2.0], ["N", "N m"])
-    other = Table("", "Only for people", (mixed, Column("", "term", ["a", "b"], shown="text")), top=1)
+    mixed = ShownColumn("force", [1.0, 2.0], ["N", "N m"])
+    other = Table("", "Only for people", (mixed, ShownColumn("term", ["a", "b"], shown="text")), top=1)
     return Result(
         "An arm\x1b[2J",
         headline="72 operations instead of 308.",
-        facts=(Fact("error", "Error", 0.01, shown="percent", note="joint 2"), Fact("hidden", "", {"a": [1]})),
+        facts=(Fact("error", "Error", 0.01, shown="percent", note="joint 2"), Value("hidden", {"a": [1]})),
         parts=(
             table,
             other,
@@ -117,4 +123,31 @@ def test_as_json(result):
     assert document["notices"] == ["Note."]
     assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
     with pytest.raises(ValueError, match="error"):
-        Result("twice", facts=(Fact("error", "", 1), Fact("error", "", 2))).document()
+        Result("twice", facts=(Value("error", 1), Value("error", 2))).document()
+
+
+@pytest.mark.parametrize(
+    ("part", "names"),
+    [
+        (Fact, ("", "label")),
+        (Fact, ("key", "")),
+        (Value, ("",)),
+        (Shown, ("",)),
+        (Column, ("", "label")),
+        (Column, ("key", "")),
+        (ValueColumn, ("",)),
+        (ShownColumn, ("",)),
+    ],
+)
+def test_every_part_has_the_names_that_its_class_takes(part, names):
+    with pytest.raises(ValueError, match="key or"):
+        part(*names, "x")
+
+
+def test_json_and_people_see_their_own(result):
+    (table,) = for_json([result.parts[0]])
+    assert table.rows() == result.parts[0].rows()
+    assert table.shown() == []
+    assert for_json([Shown("a", "b"), Fact("error", "Error", 1.0)]) == (Value("error", 1.0),)
+    column = for_people(Column("torque", "torque", [1.0], "N m", "bound", "meant"))
+    assert column == ShownColumn("torque", [1.0], "N m", "bound", "meant")

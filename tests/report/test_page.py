@@ -17,7 +17,7 @@ from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import prepare_pdf
 from gd_analyze.report.terminal import text_of
-from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.result import Column, Fact, Result, Table, ValueColumn
 from gd_analyze.results.run_result import is_unreadable, run_result
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
@@ -165,7 +165,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
 
 
 def test_any_result_has_a_page() -> None:
-    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
+    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
     page = Page(page_of(Result("Title", facts=(Fact("a", "Label", 0.014, shown="percent"),), parts=(table,))))
     assert "Things <b>" in page.text
     assert "1.4\N{NO-BREAK SPACE}%" in page.text

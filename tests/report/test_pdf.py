@@ -15,7 +15,7 @@ from gd_analyze.report.answer import shown_verdict_lists
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Column, Result, Table
+from gd_analyze.result import Column, Result, Table, ValueColumn
 from gd_analyze.results.model_facts import H_NOTE
 from gd_analyze.results.run_result import stop_facts
 from gd_analyze.types import Findings
@@ -116,7 +116,7 @@ def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_any_result_can_be_typeset(tmp_path: Path) -> None:
-    table = Table("t", "Things", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
+    table = Table("t", "Things", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
     words = read(pdf_of(Result("Title", headline="Said.", parts=(table,)), NOW), tmp_path)
     assert "Things" in words
     assert "1.5" in words

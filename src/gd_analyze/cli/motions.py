@@ -41,7 +41,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
         from gd_analyze.motions.states import states_of
-        from gd_analyze.result import Fact, Result
+        from gd_analyze.result import Fact, Result, Value
         from gd_analyze.results.motion_result import columns_table
 
         arm, path = robot.load(logs=[log], masses=False), TRAJECTORY.path_of(log)
@@ -56,8 +56,8 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
             title=f"Columns of {logged.name}",
             subtitle=arm.title or arm.name,
             facts=(
-                Fact("log", "", logged.name),
-                Fact("arm", "", arm.name),
+                Value("log", logged.name),
+                Value("arm", arm.name),
                 Fact("measured", "Kind", measured, text="readings" if measured else "plan"),
                 Fact("rows", "Rows", len(logged.time), shown="count"),
                 Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),

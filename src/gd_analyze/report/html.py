@@ -16,7 +16,18 @@ from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.report.numbering import PartNumbers, is_seen
-from gd_analyze.result import Column, Drawing, Equations, Fact, Mark, Part, Result, Section, Table
+from gd_analyze.result import (
+    AnyFact,
+    Drawing,
+    Equations,
+    Mark,
+    Part,
+    Result,
+    Section,
+    SeenColumn,
+    SeenFact,
+    Table,
+)
 from gd_analyze.text import pretty, signed, unbroken
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -90,9 +101,9 @@ def notice_list(notices: Sequence[str], more: str = "") -> str:
 
 def _facts(facts: Iterable[Part]) -> str:
     """Values above their names."""
-    labelled = [fact for fact in facts if isinstance(fact, Fact) and fact.label]
+    seen = [fact for fact in facts if isinstance(fact, SeenFact)]
     rows = "".join(
-        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n" for fact in labelled
+        f"  <div><dt>{text(fact.label)}</dt><dd>{text(fact.written)}</dd></div>\n" for fact in seen
     )
     return f'<dl class="facts">\n{rows}</dl>\n' if rows else ""
 
@@ -100,8 +111,8 @@ def _facts(facts: Iterable[Part]) -> str:
 def parts_html(parts: Sequence[Part], numbers: PartNumbers, level: int = 2) -> str:
     """Write parts in order, sections with a heading of that level; facts in a row stand together."""
     out: list[str] = []
-    for kind, alike in groupby(parts, type):
-        if kind is Fact:
+    for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
+        if are_facts:
             out.append(_facts(alike))
             continue
         for part in alike:
@@ -148,7 +159,7 @@ def table_html(table: Table, numbers: PartNumbers) -> str:
     )
 
 
-def _cells(column: Column, written: Sequence[str], sortable: bool) -> Iterator[str]:
+def _cells(column: SeenColumn, written: Sequence[str], sortable: bool) -> Iterator[str]:
     """Cells as elements of a row; a name heads its row."""
     all_drawn = column.drawn or [None] * len(written)
     for value, drawn, cell in zip(column.values, all_drawn, map(text, written), strict=False):
@@ -168,7 +179,7 @@ def _mark(mark: Mark) -> Markup:
     return Markup('<span class="kept {}">{}</span>').format(mark.effect, text(mark.text))
 
 
-def _side(column: Column) -> str:
+def _side(column: SeenColumn) -> str:
     """Words on the left, figures on the right."""
     return "" if column.is_text or column.shown == "share" else ' class="value"'
 

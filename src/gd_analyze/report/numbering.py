@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from markupsafe import Markup
 
-from gd_analyze.result import Drawing, Fact, Part, Section, Table
+from gd_analyze.result import Drawing, Part, Section, SeenColumn, Table, Value
 
 
 class PartNumbers(NamedTuple):
@@ -43,7 +43,11 @@ def flat(parts: Sequence[Part]) -> Iterator[Part]:
 
 
 def is_seen(part: Part) -> bool:
-    """Whether people see a part: a fact with a label, a table with rows and headings, anything else."""
+    """Whether people see a part: a table with rows and headings, and all else but values for JSON."""
     if isinstance(part, Table):
-        return part.n_rows > 0 and part.top != 0 and any(column.label for column in part.columns)
-    return not isinstance(part, Fact) or bool(part.label)
+        return (
+            part.n_rows > 0
+            and part.top != 0
+            and any(isinstance(column, SeenColumn) for column in part.columns)
+        )
+    return not isinstance(part, Value)

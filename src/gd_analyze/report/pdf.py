@@ -23,7 +23,7 @@ from gd_analyze.report.html import TEMPLATES
 from gd_analyze.report.main_report import MainReport, main_report
 from gd_analyze.report.model_sections import model_parts
 from gd_analyze.report.numbering import PartNumbers, flat, is_seen
-from gd_analyze.result import Column, Drawing, Equations, Fact, Mark, Part, Result, Section, Table
+from gd_analyze.result import Drawing, Equations, Mark, Part, Result, Section, SeenColumn, SeenFact, Table
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import margins, tube_bound
 from gd_analyze.results.run_result import stop_facts
@@ -103,7 +103,7 @@ def _used(findings: Findings, errors: FloatArray) -> list[float]:
 
 def result_data(result: Result) -> dict[str, Any]:
     """A result as the JSON values that the templates lay out."""
-    facts = [fact for fact in result.facts if fact.label]
+    facts = [fact for fact in result.facts if isinstance(fact, SeenFact)]
     return {
         "title": result.title,
         "subtitle": result.subtitle,
@@ -129,7 +129,7 @@ def drawings_of(parts: Sequence[Part]) -> dict[str, str]:
 
 
 def _part(part: Part, numbers: PartNumbers, most_rows: int | None) -> dict[str, Any]:
-    if isinstance(part, Fact):
+    if isinstance(part, SeenFact):
         return {"kind": "fact", "label": part.label, "value": pretty(part.written)}
     if isinstance(part, Section):
         inside, named = parts_data(part.parts, numbers, most_rows), {"key": part.key, "title": part.title}
@@ -148,6 +148,7 @@ def _part(part: Part, numbers: PartNumbers, most_rows: int | None) -> dict[str, 
             "legend": list(_TYPST.legend(part.legend)) if part.legend else [],
             "note": _lines(part.note),
         }
+    assert isinstance(part, Table)  # people see no `Value`
     return _table(_shortened(part, most_rows), numbers)
 
 
@@ -181,7 +182,7 @@ def _table(table: Table, numbers: PartNumbers) -> dict[str, Any]:
     }
 
 
-def _cells(column: Column, written: Sequence[str]) -> list[Any]:
+def _cells(column: SeenColumn, written: Sequence[str]) -> list[Any]:
     """Cells: text, mathematics ("math"), or a mark ("effect" and "text")."""
     if column.drawn is not None:
         return [

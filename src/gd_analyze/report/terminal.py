@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 
-from gd_analyze.result import Equations, Fact, Part, Result, Section, Table
+from gd_analyze.result import AnyFact, Equations, Part, Result, Section, SeenFact, Table
 from gd_analyze.text import short_name, visible
 
 WIDTH = 80
@@ -46,12 +46,12 @@ def wrapped(text: str, width: int, indent: str = "") -> list[str]:
 
 def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Iterator[str]:
     """Lines of parts, a blank one before each; facts that follow each other stand together."""
-    for kind, alike in groupby(parts, type):
-        if kind is Fact:
-            yield from _facts([fact for fact in alike if isinstance(fact, Fact) and fact.label], width)
+    for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
+        if are_facts:
+            yield from _facts([fact for fact in alike if isinstance(fact, SeenFact)], width)
             continue
         for part in alike:
-            assert not isinstance(part, Fact)
+            assert not isinstance(part, AnyFact)
             title, lines, below = part.title, [], _lines(part.note, width)
             if isinstance(part, Table):
                 lines = _table(part, width)
@@ -79,7 +79,7 @@ def _lines(note: str, width: int) -> list[str]:
     return [line for paragraph in note.split("\n") for line in wrapped(paragraph, width)]
 
 
-def _facts(facts: Sequence[Fact], width: int) -> Iterator[str]:
+def _facts(facts: Sequence[SeenFact], width: int) -> Iterator[str]:
     if facts:
         yield ""
     room = min(max((_length(fact.label) for fact in facts), default=0), 3 * width // 5)

@@ -38,7 +38,7 @@ from gd_analyze.files import (
 from gd_analyze.motions.pool import trajectory_of
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.report.pdf import drawing_file
-from gd_analyze.result import plain
+from gd_analyze.result import StoredFact, plain
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.run_result import first_facts, run_headline
 from gd_analyze.robots.arm_numbers import with_numbers
@@ -236,7 +236,8 @@ def _findings(task: BatchTask, folder: Path, caught: Sequence[warnings.WarningMe
 def _headline(findings: Findings) -> dict[str, Any]:
     """Entries of an analysis in the table."""
     model, dominance = findings.model, findings.dominance
-    facts = {fact.key: plain(fact.value) for fact in first_facts(findings) if fact.key.endswith("_error")}
+    stored = [fact for fact in first_facts(findings) if isinstance(fact, StoredFact)]
+    facts = {fact.key: plain(fact.value) for fact in stored if fact.key.endswith("_error")}
     errors = model.accuracy.errors
     by_joint = {"peak_torque": errors.peak_torque, "largest_error": errors.largest}
     by_joint["allowed_error"] = model.accuracy.allowed

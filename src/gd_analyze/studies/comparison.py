@@ -21,7 +21,7 @@ from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.progress import NO_PROGRESS, Progress
-from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.result import AnyColumn, Column, Fact, Result, ShownColumn, Table, Value, ValueColumn
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
@@ -159,9 +159,9 @@ def comparison(
                 asdict(exact),
                 text=str(exact),
             ),
-            Fact("compared_at", "", compared_at),
-            Fact("agrees", "", agreed.holds),
-            Fact("largest_difference", "", agreed.largest),
+            Value("compared_at", compared_at),
+            Value("agrees", agreed.holds),
+            Value("largest_difference", agreed.largest),
         ),
         parts=(_cost_table(arm), _differences_table(agreed)),
         notices=tuple(dict.fromkeys(str(item.message) for item in caught)),
@@ -169,19 +169,19 @@ def comparison(
     )
 
 
-def _names(*more_rows: str) -> tuple[Column, Column]:
+def _names(*more_rows: str) -> tuple[ValueColumn, ShownColumn]:
     """Columns that begin a table of formulations."""
     labels = [*(method.short for method in METHODS.values()), *more_rows]
-    return Column("name", "", (*METHODS, *more_rows)), Column("", "formulation", labels, shown="text")
+    return ValueColumn("name", (*METHODS, *more_rows)), ShownColumn("formulation", labels, shown="text")
 
 
 def _cost_table(arm: RobotArm) -> Table:
-    columns = list(_names())
+    columns: list[AnyColumn] = [*_names()]
     for attribute, label in (("executed", "as executed"), ("folded", "folded")):
         counts = [getattr(count_cost(method, arm), attribute) for method in METHODS.values()]
-        columns.append(Column(attribute, "", [asdict(count) for count in counts]))
+        columns.append(ValueColumn(attribute, [asdict(count) for count in counts]))
         cells = [f"{x.multiplications} + {x.additions}, {x.sines_cosines}" for x in counts]
-        columns.append(Column("", label, cells))
+        columns.append(ShownColumn(label, cells))
     for key in ("growth", "form"):
         columns.append(Column(key, key, [getattr(m, key) for m in METHODS.values()], shown="text"))
     return Table(
