@@ -216,11 +216,10 @@ class RobotArm:
 
 def _limits_text(joint: Joint) -> tuple[str, str]:
     """Range (revolute joints: in degrees) and velocity limit with units; a dash where unknown."""
-    ends = [end for end in (joint.lower, joint.upper) if end is not None and math.isfinite(end)]
+    ends = [end for end in (joint.lower, joint.upper) if end is not None]
     scale, unit = (180 / math.pi, "°") if joint.kind == "revolute" else (1.0, "m")
     span = " .. ".join(f"{scale * end:.4g}" for end in ends)
-    limit = math.inf if joint.velocity_limit is None else joint.velocity_limit
-    velocity = f"{limit:.4g} {joint.unit}/s" if math.isfinite(limit) else "–"
+    velocity = "–" if joint.velocity_limit is None else f"{joint.velocity_limit:.4g} {joint.unit}/s"
     return f"{span} {unit}" if len(ends) == 2 else "–", velocity
 
 
