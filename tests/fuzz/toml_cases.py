@@ -60,6 +60,7 @@ com_uncertainty_mm = [2.0, 2.0, 2.0]
 inertia_uncertainty = { xx = 0.004, yy = 0.009, zz = 0.008, xz = 0.002 }
 inertia_uncertainty_about = "origin"
 as_measured = false
+without_payload = { mass = 1.5, com_mm = [0.0, 0.0, 90.0], inertia = { xx = 0.02, yy = 0.02, zz = 0.01 } }
 [[links]]
 name = "second"
 mass = 1.0

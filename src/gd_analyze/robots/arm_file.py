@@ -40,6 +40,7 @@ from gd_analyze.text import in_python
 
 # Bytes of a thousand joints with their links and drives.
 _LARGEST_FILE_BYTES = 1_000_000
+FORMAT = "gd-analyze arm 1"
 _EXAMPLE = "`gd-analyze arms puma560 --to toml` prints a complete example"
 
 
@@ -172,7 +173,7 @@ _ABOUT = _one_of("com", "origin")
 _NOT_TURNED = np.eye(3).tolist()
 
 FILE = {
-    "format": Key(_one_of("gd-analyze arm 1")),
+    "format": Key(_one_of(FORMAT)),
     "name": Key(_NAME),
     "title": Key(_NAME, ""),
     "convention": Key(_one_of(*CONVENTIONS, "placement"), "standard"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_file import FILE, Key, keys_of
+from gd_analyze.robots.arm_file import FILE, FORMAT, Key, keys_of
 from gd_analyze.robots.frames import CONVENTIONS
 from gd_analyze.robots.parts import DHRow, Joint, Link, LinkUncertainty, Placement, entries_of
 
@@ -25,7 +25,7 @@ def describe(arm: RobotArm) -> dict[str, Any]:
     keys = keys_of(convention)
     rows = arm.dh_table if convention in CONVENTIONS else [None] * arm.n_joints
     values = vars(arm) | {
-        "format": "gd-analyze arm 1",
+        "format": FORMAT,
         "title": arm.title or arm.name,
         "convention": convention,
         "joints": [_stated(_joint(*pair), keys["joints"]) for pair in zip(arm.joints, rows, strict=True)],

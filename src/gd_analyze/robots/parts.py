@@ -246,7 +246,7 @@ class Link:
             message, tensor_text = f"inertia_com of {link} is not symmetric", str(inertia.tolist())
             raise ArmError(message, where=where, expected="I = I^T", found=tensor_text)
         # Rotations leave round-off between the halves.
-        object.__setattr__(self, "inertia_com", checked(0.5 * (inertia + inertia.T), (3, 3), "", where))
+        object.__setattr__(self, "inertia_com", checked((inertia + inertia.T) / 2, (3, 3), link, where))
 
     @property
     def place(self) -> str:
