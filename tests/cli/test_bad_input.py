@@ -89,7 +89,7 @@ ARMS: dict[str, tuple[str | bytes, tuple[str, ...]]] = {
     "malformed TOML": (ARM.replace("mass = 2.0", "mass = = 2.0"), ("line 8, column 8",)),
     "missing key": (ARM.replace("mass = 2.0\n", ""), ("line 7", "links[1].mass")),
     "too large": (ARM.replace("mass = 2.0", "mass = 1e300"), ("line 8", "1e+12")),
-    "negative mass": (ARM.replace("mass = 2.0", "mass = -2.0"), ("line 7", "mass of link 1")),
+    "negative mass": (ARM.replace("mass = 2.0", "mass = -2.0"), ("line 8", "links[1].mass is negative")),
     "a link too few": (ARM[: ARM.rindex("[[links]]")], ("expected: 2", "found: 1")),
     "no text": (b"\xff\xfe\0\0", ("own.toml",)),
     "an integer of thousands of digits": (toml_with(joint="d = " + "7" * 5000), ("line 4",)),

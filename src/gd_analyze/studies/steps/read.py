@@ -23,7 +23,7 @@ from gd_analyze.progress import Progress
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
-from gd_analyze.robots.description import describe_in_full
+from gd_analyze.robots.description import describe
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import StatedUncertainty, with_uncertainty
 from gd_analyze.simplification.budget import ReferenceTorques
@@ -93,7 +93,7 @@ def source_of(arm: RobotArm, trajectory: Trajectory, settings: Settings, command
     """Origin of the results; the inputs and what the results state of the motion mark the run."""
     inputs = [arm.name, trajectory.name, settings.described, *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
-    return provenance_of_run(command, inputs, [describe_in_full(arm), motion], repeats=True)
+    return provenance_of_run(command, inputs, [describe(arm), motion], repeats=True)
 
 
 def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube, bool]:
