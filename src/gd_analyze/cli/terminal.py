@@ -110,13 +110,14 @@ class Stages:
         if self._warned:
             self._warned.tell()
         if self._shown:
+            from gd_analyze.report.document import document_of
             from gd_analyze.report.terminal import text_of
             from gd_analyze.result import Result
             from gd_analyze.results.run_result import verdict_section
 
             section = verdict_section(ranking)
             lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
-            self._shown[0].text_above = text_of(lists, _terminal_width())
+            self._shown[0].text_above = text_of(document_of(lists), _terminal_width())
 
 
 @contextmanager
