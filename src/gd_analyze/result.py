@@ -1,10 +1,14 @@
-"""The result of a verb: facts, tables, figures and equations; renderers show them and compute nothing."""
+"""The result of a verb: facts, tables, figures and equations; renderers show them and compute nothing.
+
+A `Fact` and a `Column` have two names: a key in JSON, and a label that people read. What JSON alone has, a
+`Value` or a `ValueColumn`, has only a key; what people alone see, `Shown` or a `ShownColumn`, only a label.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -24,7 +28,7 @@ from gd_analyze.text import (
 # How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened, a
 # "share" is percent with a bar on pages.
 # fmt: off
-Shown = Literal[
+ShownAs = Literal[
     "number", "percent", "times", "count", "text", "name", "flag", "bound", "bound_percent", "share",
 ]
 # fmt: on
@@ -35,19 +39,55 @@ UNKNOWN = "–"
 class Fact:
     """One value with a name."""
 
-    key: str  # name in JSON; "" shows the fact to people only
-    label: str  # noun phrase: "Torque error, proven near the motion"; "" keeps the fact to JSON
+    key: str  # name in JSON
+    label: str  # noun phrase: "Torque error, proven near the motion"
     value: Any  # a JSON value, a NumPy number or array, or a list or mapping of these
     unit: str = ""  # of a number, such as "N m", or what follows it: "of peak torque"
-    shown: Shown = "number"
+    shown: ShownAs = "number"
     text: str | None = None  # how a person reads the value, where number and unit do not say it
     note: str = ""  # remark in brackets behind it: "joint 5"
+
+    def __post_init__(self) -> None:
+        _require_names(self.key, self.label)
 
     @property
     def written(self) -> str:
         """The value as a person reads it: "1.4 % of peak torque (joint 5)"."""
         text = value_text(self.value, self.unit, self.shown) if self.text is None else self.text
         return f"{text} ({self.note})" if self.note else text
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value that JSON alone has."""
+
+    key: str
+    value: Any
+
+    def __post_init__(self) -> None:
+        _require_names(self.key)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A line that people alone see."""
+
+    label: str
+    text: str
+    note: str = ""  # remark in brackets behind it
+
+    def __post_init__(self) -> None:
+        _require_names(self.label)
+
+    @property
+    def written(self) -> str:
+        """The text with its remark."""
+        return f"{self.text} ({self.note})" if self.note else self.text
+
+
+SeenFact = Fact | Shown
+StoredFact = Fact | Value
+AnyFact = Fact | Value | Shown
 
 
 @dataclass(frozen=True)
@@ -58,18 +98,12 @@ class Mark:
     text: str
 
 
-@dataclass(frozen=True)
-class Column:
-    """One column of a table."""
+class _Seen:
+    """What the columns that people see have in common."""
 
-    key: str  # name in JSON; "" shows the column to people only
-    label: str  # heading; "" keeps the column to JSON
-    values: Sequence[Any] | np.ndarray  # one per row; None or nan where there is none
-    unit: str | Sequence[str] = ""  # of all rows, or one per row; JSON has none
-    shown: Shown = "number"
-    meaning: str = ""  # what the column says, in a noun phrase
-    drawn: Sequence[Any] | None = None  # symbols, formulas and marks that pages show in place of the values
-    pages_only: bool = False  # a terminal has no room for it
+    unit: str | Sequence[str]
+    shown: ShownAs
+    drawn: Sequence[Any] | None
 
     @property
     def is_text(self) -> bool:
@@ -89,12 +123,61 @@ class Column:
 
 
 @dataclass(frozen=True)
+class Column(_Seen):
+    """One column of a table."""
+
+    key: str  # name in JSON
+    label: str  # heading
+    values: Sequence[Any] | np.ndarray  # one per row; None or nan where there is none
+    unit: str | Sequence[str] = ""  # of all rows, or one per row; JSON has none
+    shown: ShownAs = "number"
+    meaning: str = ""  # what the column says, in a noun phrase
+    drawn: Sequence[Any] | None = None  # symbols, formulas and marks that pages show in place of the values
+    pages_only: bool = False  # a terminal has no room for it
+
+    def __post_init__(self) -> None:
+        _require_names(self.key, self.label)
+
+
+@dataclass(frozen=True)
+class ValueColumn:
+    """A column that JSON alone has."""
+
+    key: str
+    values: Sequence[Any] | np.ndarray
+
+    def __post_init__(self) -> None:
+        _require_names(self.key)
+
+
+@dataclass(frozen=True)
+class ShownColumn(_Seen):
+    """A column that people alone see; its fields are those of `Column`."""
+
+    label: str
+    values: Sequence[Any] | np.ndarray
+    unit: str | Sequence[str] = ""
+    shown: ShownAs = "number"
+    meaning: str = ""
+    drawn: Sequence[Any] | None = None
+    pages_only: bool = False
+
+    def __post_init__(self) -> None:
+        _require_names(self.label)
+
+
+SeenColumn = Column | ShownColumn
+StoredColumn = Column | ValueColumn
+AnyColumn = Column | ValueColumn | ShownColumn
+
+
+@dataclass(frozen=True)
 class Table:
     """Rows of named columns; `note` stands below. People see `top` rows, JSON has all under `key`."""
 
     key: str
     title: str
-    columns: tuple[Column, ...]
+    columns: tuple[AnyColumn, ...]
     note: str = ""
     top: int | None = None
 
@@ -103,7 +186,7 @@ class Table:
         """Number of rows."""
         return len(self.columns[0].values) if self.columns else 0
 
-    def shown(self, *, on_page: bool = False) -> list[tuple[Column, str, list[str]]]:
+    def shown(self, *, on_page: bool = False) -> list[tuple[SeenColumn, str, list[str]]]:
         """Columns that people see, each with the unit for its heading and its cells as text.
 
         The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
@@ -120,17 +203,18 @@ class Table:
             out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
 
-    def _seen(self, on_page: bool) -> list[Column]:
-        return [column for column in self.columns if column.label and (on_page or not column.pages_only)]
+    def _seen(self, on_page: bool) -> list[SeenColumn]:
+        seen = [column for column in self.columns if isinstance(column, SeenColumn)]
+        return [column for column in seen if on_page or not column.pages_only]
 
-    def _prefixed(self, unit: str, columns: Sequence[Column]) -> tuple[float, str]:
+    def _prefixed(self, unit: str, columns: Sequence[SeenColumn]) -> tuple[float, str]:
         alike = (c.values[: self.top] for c in columns if c.is_number and c.only_unit == unit)
         sizes = [abs(value) for values in alike for value in values if _is_number(value)]
         return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
     def rows(self) -> list[dict[str, Any]]:
         """Rows as JSON values."""
-        named = {column.key: column.values for column in self.columns if column.key}
+        named = {column.key: column.values for column in self.columns if isinstance(column, StoredColumn)}
         return [
             {key: plain(value) for key, value in zip(named, row, strict=True)}
             for row in zip(*named.values(), strict=True)
@@ -175,7 +259,7 @@ class Section:
     note: str = ""
 
 
-Part = Fact | Table | Drawing | Equations | Section
+Part = AnyFact | Table | Drawing | Equations | Section
 
 
 @dataclass(frozen=True)
@@ -185,7 +269,7 @@ class Result:
     title: str  # what was asked
     subtitle: str = ""  # its subject
     headline: str = ""  # the answer in a line
-    facts: tuple[Fact, ...] = ()  # the figures to begin with
+    facts: tuple[AnyFact, ...] = ()  # the figures to begin with
     parts: tuple[Part, ...] = ()
     notices: tuple[str, ...] = ()  # what the reader must know before believing the numbers
     notes: tuple[str, ...] = ()  # what a report says at its end and a terminal counts; notices in JSON
@@ -198,19 +282,19 @@ class Result:
         return document | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
-def joint_columns(joints: Sequence[Any]) -> tuple[Column, ...]:
+def joint_columns(joints: Sequence[Any]) -> tuple[AnyColumn, ...]:
     """Columns that begin a table of an arm's joints (`arm.joints`): number, name and unit of torque."""
     names = [joint.name for joint in joints]
     numbers, short = range(1, len(names) + 1), short_names(names)
     return (
-        Column("joint", "", numbers),
-        Column("joint_name", "", names),
-        Column("effort_unit", "", [joint.effort_unit for joint in joints]),
-        Column("", "joint", [joint_name(*pair) for pair in zip(numbers, short, strict=True)], shown="name"),
+        ValueColumn("joint", numbers),
+        ValueColumn("joint_name", names),
+        ValueColumn("effort_unit", [joint.effort_unit for joint in joints]),
+        ShownColumn("joint", [joint_name(*pair) for pair in zip(numbers, short, strict=True)], shown="name"),
     )
 
 
-def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Column]:
+def columns_of(rows: Sequence[Any], *columns: tuple[str, str, ShownAs]) -> list[Column]:
     """Columns of attributes that the rows have: name, label, and how it is shown."""
     return [
         Column(name, label, [getattr(row, name) for row in rows], shown=shown)
@@ -218,12 +302,40 @@ def columns_of(rows: Sequence[Any], *columns: tuple[str, str, Shown]) -> list[Co
     ]
 
 
+def value_columns_of(rows: Sequence[Any], *names: str) -> list[ValueColumn]:
+    """Columns, for JSON alone, of attributes that the rows have."""
+    return [ValueColumn(name, [getattr(row, name) for row in rows]) for name in names]
+
+
 def for_pages(table: Table) -> Table:
     """The same table, which a terminal leaves out."""
-    return replace(table, columns=tuple(replace(column, pages_only=True) for column in table.columns))
+    columns = (
+        replace(column, pages_only=True) if isinstance(column, SeenColumn) else column
+        for column in table.columns
+    )
+    return replace(table, columns=tuple(columns))
 
 
-def value_text(value: Any, unit: str = "", shown: Shown = "number") -> str:
+def for_people(column: SeenColumn) -> ShownColumn:
+    """The same column for people alone."""
+    names = (named.name for named in fields(ShownColumn))
+    return ShownColumn(**{name: getattr(column, name) for name in names})
+
+
+def for_json(parts: Sequence[Part]) -> tuple[Part, ...]:
+    """Facts and tables as JSON alone has them."""
+    stored: list[Part] = []
+    for part in parts:
+        if isinstance(part, Table):
+            columns = (column for column in part.columns if isinstance(column, StoredColumn))
+            values = tuple(ValueColumn(column.key, column.values) for column in columns)
+            stored.append(replace(part, columns=values))
+        elif isinstance(part, StoredFact):
+            stored.append(Value(part.key, part.value))
+    return tuple(stored)
+
+
+def value_text(value: Any, unit: str = "", shown: ShownAs = "number") -> str:
     """Write one value as a person reads it, with its unit."""
     if _is_unknown(value):
         return UNKNOWN
@@ -253,6 +365,11 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _require_names(*names: str) -> None:
+    if not all(names):
+        raise ValueError("a fact or a column has no key or no label")
+
+
 def _is_unknown(value: Any) -> bool:
     return value is None or (isinstance(value, float) and value != value)
 
@@ -276,9 +393,10 @@ def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
             yield from _entries(part.parts)
         elif isinstance(part, Section):
             yield part.key, _document(part.parts)
-        elif part.key and isinstance(part, Fact):
+        elif isinstance(part, StoredFact):
             yield part.key, plain(part.value)
-        elif isinstance(part, Table) and part.key and any(column.key for column in part.columns):
-            yield part.key, part.rows()
-        elif part.key and isinstance(part, Equations):
+        elif isinstance(part, Table) and part.key:
+            if any(isinstance(column, StoredColumn) for column in part.columns):
+                yield part.key, part.rows()
+        elif isinstance(part, Equations) and part.key:
             yield part.key, list(part.lines)

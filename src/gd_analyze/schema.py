@@ -54,7 +54,7 @@ class Declared:
     symbol: str
     equation: str  # where it is defined, or how
     heading: str  # of its column in a result's table; "{}" stands for the label along a second dimension
-    shown: str  # how a person reads its values, see `gd_analyze.result.Shown`
+    shown: str  # how a person reads its values, see `gd_analyze.result.ShownAs`
     meaning: str
 
     def attributes(self, revolute: Sequence[bool]) -> dict[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.report.document import document_of
+from gd_analyze.report.document import result_document
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import (
     Column,
@@ -16,7 +16,13 @@ from gd_analyze.result import (
     Fact,
     Result,
     Section,
+    Shown,
+    ShownColumn,
     Table,
+    Value,
+    ValueColumn,
+    for_json,
+    for_people,
     joint_columns,
     plain,
     value_text,
@@ -47,12 +53,12 @@ def result() -> Result:
     torque = Column("torque", "torque", np.array([5.0, math.nan]), ["N m", "N m"])
     share = Column("share", "of peak", [0.5, math.inf], shown="percent")
     table = Table("joints", "Torques", (*joint_columns(joints), torque, share))
-    mixed = Column("", "force", [1.0, 2.0], ["N", "N m"])
-    other = Table("", "Only for people", (mixed, Column("", "term", ["a", "b"], shown="text")), top=1)
+    mixed = ShownColumn("force", [1.0, 2.0], ["N", "N m"])
+    other = Table("", "Only for people", (mixed, ShownColumn("term", ["a", "b"], shown="text")), top=1)
     return Result(
         "An arm\x1b[2J",
         headline="72 operations instead of 308.",
-        facts=(Fact("error", "Error", 0.01, shown="percent", note="joint 2"), Fact("hidden", "", {"a": [1]})),
+        facts=(Fact("error", "Error", 0.01, shown="percent", note="joint 2"), Value("hidden", {"a": [1]})),
         parts=(
             table,
             other,
@@ -64,7 +70,7 @@ def result() -> Result:
 
 
 def test_as_text(result):
-    lines = text_of(document_of(result)).splitlines()
+    lines = text_of(result_document(result)).splitlines()
     assert max(map(len, lines)) <= 80
     assert "\x1b" not in "\n".join(lines)
     assert "Error  1 % (joint 2)" in lines
@@ -82,7 +88,7 @@ def test_long_cells_wrap():
         numbers,
         Column("v", "verdict", said, "", "text"),
     )
-    lines = text_of(document_of(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
+    lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
     (row,) = (k for k, line in enumerate(lines) if "2.5" in line)
     assert lines[row - 1].split() == ["1", "1.5", *said[0].split()]
@@ -94,7 +100,7 @@ def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
     names = ["/joint_states/shoulder_lift_joint/position", "/joint_states/elbow_joint/velocity"]
     said = ["no unit stated, and none in its name", "by name"]
     columns = (Column("column", "column", names, "", "text"), Column("reason", "reason", said, "", "text"))
-    lines = text_of(document_of(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
+    lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
     shown = "".join(line.split("  ")[0] for line in lines[lines.index("") + 3 :])
     assert shown == "".join(names)
@@ -103,7 +109,9 @@ def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
 def test_a_sum_in_brackets_longer_than_a_line_wraps():
     inner = " - ".join(f"0.{k}23 C2 S{k}" for k in range(9))
     formula = f"h1 = -({inner}) qd1 qd2 + (C2 + S3) qd1 qd3"
-    shown = text_of(document_of(Result("Model", parts=(Equations("equations", "Equations", (formula,)),))))
+    shown = text_of(
+        result_document(Result("Model", parts=(Equations("equations", "Equations", (formula,)),)))
+    )
     assert max(map(len, shown.splitlines())) <= 80
     assert formula in " ".join(shown.split())
 
@@ -118,4 +126,31 @@ def test_as_json(result):
     assert document["notices"] == ["Note."]
     assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
     with pytest.raises(ValueError, match="error"):
-        Result("twice", facts=(Fact("error", "", 1), Fact("error", "", 2))).document()
+        Result("twice", facts=(Value("error", 1), Value("error", 2))).document()
+
+
+@pytest.mark.parametrize(
+    ("part", "names"),
+    [
+        (Fact, ("", "label")),
+        (Fact, ("key", "")),
+        (Value, ("",)),
+        (Shown, ("",)),
+        (Column, ("", "label")),
+        (Column, ("key", "")),
+        (ValueColumn, ("",)),
+        (ShownColumn, ("",)),
+    ],
+)
+def test_every_part_has_the_names_that_its_class_takes(part, names):
+    with pytest.raises(ValueError, match="key or"):
+        part(*names, "x")
+
+
+def test_json_and_people_see_their_own(result):
+    (table,) = for_json([result.parts[0]])
+    assert table.rows() == result.parts[0].rows()
+    assert table.shown() == []
+    assert for_json([Shown("a", "b"), Fact("error", "Error", 1.0)]) == (Value("error", 1.0),)
+    column = for_people(Column("torque", "torque", [1.0], "N m", "bound", "meant"))
+    assert column == ShownColumn("torque", [1.0], "N m", "bound", "meant")

@@ -12,12 +12,12 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
-from gd_analyze.report.document import document_of
+from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
-from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.result import Column, Fact, Result, Table, ValueColumn
 from gd_analyze.results.run_result import is_unreadable, run_result
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
@@ -150,7 +150,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(page_of(main_report(findings))))
-    terminal = " ".join(text_of(document_of(run_result(findings))).split())
+    terminal = " ".join(text_of(result_document(run_result(findings))).split())
     for said in (words, terminal):
         assert f"the exact torque in {full} operations" in said
         assert "too many" in said
@@ -165,9 +165,9 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
 
 
 def test_any_result_has_a_page() -> None:
-    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
+    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
     facts = (Fact("a", "Label", 0.014, shown="percent"),)
-    page = Page(page_of(document_of(Result("Title", facts=facts, parts=(table,)))))
+    page = Page(page_of(result_document(Result("Title", facts=facts, parts=(table,)))))
     assert "Things <b>" in page.text
     assert "1.4\N{NO-BREAK SPACE}%" in page.text
     assert len(page.all("th")) == 1

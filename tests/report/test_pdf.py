@@ -12,11 +12,11 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.report import pdf
 from gd_analyze.report.answer import shown_verdict_lists
-from gd_analyze.report.document import document_of
+from gd_analyze.report.document import result_document
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, typeset
 from gd_analyze.report.sections import sections
-from gd_analyze.result import Column, Result, Table
+from gd_analyze.result import Column, Result, Table, ValueColumn
 from gd_analyze.results.model_facts import H_NOTE
 from gd_analyze.results.run_result import stop_facts
 from gd_analyze.types import Findings
@@ -111,14 +111,14 @@ def test_every_level_is_typeset(level: str, by_level: dict[str, Findings], tmp_p
 
 def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "broken.typ").write_text("#sys.inputs.nowhere")
-    monkeypatch.setattr(pdf, "TEMPLATES", tmp_path)
+    monkeypatch.setattr(pdf, "_TEMPLATES", tmp_path)
     with pytest.raises(GdAnalyzeError, match=r"broken\.typ[\s\S]*nowhere"):
         typeset("broken.typ", {}, {}, NOW)
 
 
 def test_any_result_can_be_typeset(tmp_path: Path) -> None:
-    table = Table("t", "Things", (Column("x", "torque", [1.5, None], "N m"), Column("y", "", [1, 2])))
+    table = Table("t", "Things", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
     result = Result("Title", headline="Said.", parts=(table,), provenance={"created": NOW})
-    words = read(pdf_of(document_of(result)), tmp_path)
+    words = read(pdf_of(result_document(result)), tmp_path)
     assert "Things" in words
     assert "1.5" in words

@@ -61,7 +61,7 @@ def batch(
       gd-analyze batch study.yaml --out study --format none --to csv,svg
       gd-analyze batch logs/ --scheduler tcp://10.0.0.1:8786
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.studies.batch import RECORD
         from gd_analyze.studies.batch_table import batch_result
 
@@ -75,8 +75,7 @@ def batch(
             to=to,
             jobs=jobs,
             scheduler=scheduler,
-            stage=stage,
-            progress=stage.advance,
+            progress=progress,
         )
     output.give(batch_result(rows), *files)
     if (rows.state == "failed").any():

@@ -90,7 +90,7 @@ def export(
     """
     if single and set(languages) != {"c"}:
         raise click.UsageError("--float is for C: give --to c alone")
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.certification.certificate import EXPORT_EFFORT, usual_effort
         from gd_analyze.exporting.export import CLASSES, written
         from gd_analyze.exporting.vectors import names_of_tests
@@ -109,21 +109,20 @@ def export(
                 next_step="name another folder with --out or another name with --name, or give --overwrite",
             )
         if subject.model is not None and bound:
-            stage("writing the model out")
+            progress.stage("writing the model out")
             try:
                 effort = usual_effort(subject.model, EXPORT_EFFORT)
                 if effort is None:
                     raise ModelError(
                         "the model is too long for a bound in seconds; `gd-analyze certify` finds one"
                     )
-                stage("certifying", 100 * subject.n)
-                certificate = gd.certify(subject.model, effort=effort, progress=stage.advance)
+                certificate = gd.certify(subject.model, effort=effort, progress=progress)
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)
                 message = f"no bound is written: {error.what}; --no-bound omits it without a warning"
                 warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
-        stage("writing")
+        progress.stage("writing")
         exported = written(subject, languages, "float" if single else "double", tests=tests)
         exported.save(out)
     output.give(exported.result(), *exported.paths(out))

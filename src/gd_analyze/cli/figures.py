@@ -67,17 +67,17 @@ def figures(
       gd-analyze figures puma560 pick-and-place --to csv
     """
     folder = Path("figures") if out is None else out
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.figures.dominance import element_figures, element_numbers
         from gd_analyze.figures.run import Run
         from gd_analyze.report.pdf import drawing_file
         from gd_analyze.result import Fact, Result
 
         arm = robot.load(payload, trajectories)
-        motion = read_motions(trajectories, arm)
-        stage("decomposing")
+        motion = read_motions(trajectories, arm, progress)
+        progress.stage("decomposing")
         run = Run.of(arm, motion, dominance, drives)
-        stage("drawing")
+        progress.stage("drawing")
         contents = {
             folder / f"{name}.{form}": drawing_file(figure, form)
             for name, figure in element_figures(run, **look).items()

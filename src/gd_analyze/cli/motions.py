@@ -10,7 +10,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
+from gd_analyze.cli.log_options import log_options_listed, reading_asked
 from gd_analyze.cli.options import TRAJECTORY, Amount, command_line, is_default
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.terminal import lines
@@ -42,16 +42,16 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
       gd-analyze columns puma560 log.csv
       gd-analyze columns my_robot.urdf log.csv --map q:elbow=Position3 --time-unit ms
     """
-    with output.working():
+    with output.working() as progress:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
         from gd_analyze.motions.states import states_of
-        from gd_analyze.result import Fact, Result
+        from gd_analyze.result import Fact, Result, Value
         from gd_analyze.results.motion_result import columns_table
 
         arm, path = robot.load(logs=[log], masses=False), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
-        logged = gd.read_log(path, arm, reading, progress=progress_shown())
+        logged = gd.read_log(path, arm, reading, progress=progress)
         motion = motion_of(logged, path, arm, treatment)
         warn_of_torque_limits(arm, states_of(motion))
         recording = motion.recording
@@ -61,8 +61,8 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
             title=f"Columns of {logged.name}",
             subtitle=arm.title or arm.name,
             facts=(
-                Fact("log", "", logged.name),
-                Fact("arm", "", arm.name),
+                Value("log", logged.name),
+                Value("arm", arm.name),
                 Fact("measured", "Kind", measured, text="readings" if measured else "plan"),
                 Fact("rows", "Rows", len(logged.time), shown="count"),
                 Fact("seconds", "Duration", float(logged.time[-1] - logged.time[0]), "s"),
@@ -150,8 +150,8 @@ def plan(
     """
     _require_what_goes_together(exciting)
     require_outputs(out)
-    with output.working() as stage:
-        stage("planning")
+    with output.working() as progress:
+        progress.stage("planning")
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.planning import plan_motion, plan_result
         from gd_analyze.motions.states import states_of

@@ -18,7 +18,17 @@ from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
 from gd_analyze.files import path_of, replacing_together
-from gd_analyze.result import Column, Fact, Result, Table, columns_of
+from gd_analyze.result import (
+    Column,
+    Fact,
+    Result,
+    Shown,
+    Table,
+    Value,
+    ValueColumn,
+    columns_of,
+    value_columns_of,
+)
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.exact import ExactForm
@@ -61,14 +71,14 @@ class Exported:
             ("sines_cosines", "sin and cos", "count"),
         )
         facts = (
-            Fact("arm", "", subject.arm.name),
-            Fact("of", "", content),
+            Value("arm", subject.arm.name),
+            Value("of", content),
             Fact("name", "Prefix of all names", subject.name),
-            Fact("", "Renamed joints" if renamed else "", ", ".join(renamed)),
-            Fact("stated", "", {key: constant.values for key, constant in subject.constants.items()}),
-            Fact("", "Constants", ", ".join(subject.constants) or "none"),
+            *((Shown("Renamed joints", ", ".join(renamed)),) if renamed else ()),
+            Value("stated", {key: constant.values for key, constant in subject.constants.items()}),
+            Shown("Constants", ", ".join(subject.constants) or "none"),
         )
-        joint_names = (*columns_of(joints, ("name", "", "text")), Column("identifier", "", subject.joints))
+        joint_names = (*value_columns_of(joints, "name"), ValueColumn("identifier", subject.joints))
         parts = Table("functions", "Functions", (named, *operations)), Table("joints", "", joint_names)
         return Result(subject.arm.title or subject.arm.name, content, facts=facts, parts=parts)
 

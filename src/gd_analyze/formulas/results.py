@@ -23,7 +23,7 @@ from gd_analyze.formulas.writing import base_formula, element_formula, factor_le
 from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.result import Fact, Result, Shown, ShownColumn, Table, Value
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 
@@ -152,13 +152,13 @@ def equations_result(
     return Result(
         title=f"{arm.title or arm.name}: exact equations",
         facts=(
-            Fact("arm", "", arm.name),
-            Fact("", "Terms", terms, shown="count"),
-            Fact("noise", "", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
-            Fact("gap", "", harmonics.gap),
-            Fact("equations", "", documents),
-            Fact("format", "", form),
-            Fact("written", "", body),
+            Value("arm", arm.name),
+            Shown("Terms", str(terms)),
+            Value("noise", dict(zip(("inertia", "potential"), harmonics.noise, strict=True))),
+            Value("gap", harmonics.gap),
+            Value("equations", documents),
+            Value("format", form),
+            Value("written", body),
         ),
         parts=tuple(_table(equation, digits) for equation in elements),
     )
@@ -171,11 +171,11 @@ def _table(equation: Equation, digits: int) -> Table:
         "",
         f"{equation.symbol} ({equation.unit})",
         (
-            Column("", "term", products, shown="text"),
-            Column("", "coefficient", [formatted(term.coefficient, digits) for term in terms], shown="text"),
-            Column("", "effect", [term.effect for term in terms], shown="text"),
-            Column("", "links", [_spans(term.links) for term in terms], shown="text"),
-            Column("", "share", [term.share for term in terms], shown="percent"),
+            ShownColumn("term", products, shown="text"),
+            ShownColumn("coefficient", [formatted(term.coefficient, digits) for term in terms], shown="text"),
+            ShownColumn("effect", [term.effect for term in terms], shown="text"),
+            ShownColumn("links", [_spans(term.links) for term in terms], shown="text"),
+            ShownColumn("share", [term.share for term in terms], shown="percent"),
         ),
         note="" if terms else "zero",
     )
@@ -223,16 +223,16 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
     return Result(
         title=f"{base.arm.title or base.arm.name}: base (minimal) inertial parameters",
         facts=(
-            Fact("arm", "", base.arm.name),
+            Value("arm", base.arm.name),
             Fact("drives", "Drives included", base.drives),
-            Fact("", "Base parameters", len(base), shown="count", note=f"of {len(base.original)} parameters"),
-            Fact("", "Base parameters that are zero", zeros, shown="count"),
-            Fact("parameters", "", parameters),
-            Fact("acting_alone", "", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
-            Fact("never_acting", "", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
-            Fact("frames", "", [asdict(frame) for frame in base.frames]),
-            Fact("format", "", form),
-            Fact("written", "", text),
+            Shown("Base parameters", str(len(base)), note=f"of {len(base.original)} parameters"),
+            Shown("Base parameters that are zero", str(zeros)),
+            Value("parameters", parameters),
+            Value("acting_alone", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
+            Value("never_acting", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
+            Value("frames", [asdict(frame) for frame in base.frames]),
+            Value("format", form),
+            Value("written", text),
         ),
         parts=(
             _texts(
@@ -259,7 +259,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
 
 
 def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:
-    texts = tuple(Column("", name, cells, shown="text") for name, cells in columns.items())
+    texts = tuple(ShownColumn(name, cells, shown="text") for name, cells in columns.items())
     return Table("", title, texts, note)
 
 

@@ -23,7 +23,7 @@ from gd_analyze.formulas.writing import QUANTITIES, exponents, factor_legend, pa
 from gd_analyze.harmonics.arm_symbols import ArmSymbol
 from gd_analyze.harmonics.symbolic import SymbolicElement, SymbolicEquations, SymbolicTerm, each_group
 from gd_analyze.harmonics.terms import Factor
-from gd_analyze.result import Fact, Result
+from gd_analyze.result import Result, Shown, Value
 from gd_analyze.text import pretty
 
 # Coefficients are sums of halves, quarters, ...: all their digits are written.
@@ -199,14 +199,14 @@ def symbolic_equations_result(equations: SymbolicEquations, form: str, written: 
     return Result(
         title=f"{arm.title or arm.name}: equations in symbols",
         facts=(
-            Fact("arm", "", arm.name),
-            Fact("", "Terms", equations.n_terms, shown="count"),
-            Fact("", "Symbols", len(symbols), shown="count"),
-            Fact("symbols", "", symbols),
-            Fact("angles", "", [angle.name for angle in equations.angles]),
-            Fact("equations", "", [document(element) for element in equations.elements]),
-            Fact("error", "", equations.error),
-            Fact("format", "", form),
-            Fact("written", "", written),
+            Value("arm", arm.name),
+            Shown("Terms", str(equations.n_terms)),
+            Shown("Symbols", str(len(symbols))),
+            Value("symbols", symbols),
+            Value("angles", [angle.name for angle in equations.angles]),
+            Value("equations", [document(element) for element in equations.elements]),
+            Value("error", equations.error),
+            Value("format", form),
+            Value("written", written),
         ),
     )

@@ -17,7 +17,17 @@ from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label,
 from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.result import Column, Fact, Result, Table, columns_of
+from gd_analyze.result import (
+    AnyColumn,
+    Column,
+    Fact,
+    Result,
+    ShownColumn,
+    Table,
+    Value,
+    columns_of,
+    value_columns_of,
+)
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, rounded_up
 
@@ -195,26 +205,31 @@ def plan_result(planned: Plan) -> Result:
     """Facts of a plan; people see angles in degrees."""
     motion, rows, shortest = planned.trajectory, planned.limits.rows, planned.shortest_duration
     joints = [row.joint for row in rows]
-    numeric_columns = columns_of(rows, *((name, "", "number") for name in _REACHED))
-    numeric_columns += columns_of(joints, *((name, "", "number") for name in _LIMITS))
-    values = {column.key: column.values for column in numeric_columns}
-    columns = [Column("joint", "joint", range(1, len(joints) + 1), shown="count")]
-    columns += [*columns_of(joints, ("name", "name", "text"), ("unit", "", "text")), *numeric_columns]
+    numbers = [*value_columns_of(rows, *_REACHED), *value_columns_of(joints, *_LIMITS)]
+    values = {column.key: column.values for column in numbers}
+    columns: list[AnyColumn] = [
+        Column("joint", "joint", range(1, len(joints) + 1), shown="count"),
+        *columns_of(joints, ("name", "name", "text")),
+        *value_columns_of(joints, "unit"),
+        *numbers,
+    ]
     for label, first, second, between, units in _PAIRS:
         shown_in = [units.get(joint.unit, joint.unit) for joint in joints]
         cells = [
             between.join(_cell(value, unit) for value in pair)
             for *pair, unit in zip(values[first], values[second], shown_in, strict=True)
         ]
-        columns.append(Column("", label, cells, shown_in, "text"))
+        columns.append(ShownColumn(label, cells, shown_in, "text"))
     return Result(
         title=f"Plan {motion.name}",
         facts=(
-            Fact("trajectory", "", motion.name),
+            Value("trajectory", motion.name),
             Fact("set_points", "Set points", motion.n_set_points, shown="count"),
-            Fact("knot_times", "", planned.knot_times),
-            Fact("shortest_duration", "" if shortest is None else "Shortest duration", shortest, "s"),
-            *(Fact(name, "", getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
+            Value("knot_times", planned.knot_times),
+            Value("shortest_duration", None)
+            if shortest is None
+            else Fact("shortest_duration", "Shortest duration", shortest, "s"),
+            *(Value(name, getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
         ),
         parts=(Table("joints", "Extremes, between the set points too", tuple(columns)),),
     )

@@ -44,7 +44,7 @@ class VerdictList(NamedTuple):
 def shown_verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
     """Facts of `verdict_section` that people see."""
     section = verdict_section(findings.dominance)
-    facts = (part for part in section.parts if isinstance(part, Fact) and part.label)
+    facts = (part for part in section.parts if isinstance(part, Fact))
     return tuple(
         VerdictList(fact.key, fact.label, (), fact.written)
         if fact.key == "drives" or not fact.value

@@ -13,7 +13,20 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from gd_analyze.formulas.formula import Formula, Legend, Symbol
 from gd_analyze.formulas.languages import PageMathML, Typst
-from gd_analyze.result import Column, Drawing, Equations, Fact, Mark, Part, Result, Section, Table, plain
+from gd_analyze.result import (
+    AnyFact,
+    Column,
+    Drawing,
+    Equations,
+    Mark,
+    Part,
+    Result,
+    Section,
+    SeenColumn,
+    SeenFact,
+    Table,
+    plain,
+)
 
 if TYPE_CHECKING:
     from gd_analyze.figures.figure import Figure
@@ -29,7 +42,7 @@ class Document(NamedTuple):
     form: Literal["result", "main"] = "result"  # the template of page and PDF; the main report has its own
 
 
-def document_of(result: Result) -> Document:
+def result_document(result: Result) -> Document:
     """Make the document of a result."""
     parts = PartWriter()
     content = opening_of(result) | {"parts": parts.of(result.parts), "values": result.document()}
@@ -64,8 +77,8 @@ class PartWriter:
     def of(self, parts: Iterable[Part]) -> list[dict[str, Any]]:
         """Write what people see of parts; facts that follow each other are one part."""
         out: list[dict[str, Any]] = []
-        for kind, alike in groupby(parts, type):
-            if kind is Fact:
+        for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
+            if are_facts:
                 facts = _facts(alike)
                 out += [{"kind": "facts", "facts": facts}] if facts else []
             else:
@@ -123,18 +136,22 @@ class PartWriter:
 
 def _is_seen(table: Table) -> bool:
     """Whether a table has rows and headings for people."""
-    return table.n_rows > 0 and table.top != 0 and any(column.label for column in table.columns)
+    return (
+        table.n_rows > 0
+        and table.top != 0
+        and any(isinstance(column, SeenColumn) for column in table.columns)
+    )
 
 
 def _facts(parts: Iterable[Part]) -> list[dict[str, str]]:
-    facts = [part for part in parts if isinstance(part, Fact) and part.label]
-    return [{"key": fact.key, "label": fact.label, "text": fact.written} for fact in facts]
+    seen = [part for part in parts if isinstance(part, SeenFact)]
+    return [{"label": fact.label, "text": fact.written} for fact in seen]
 
 
-def _column(column: Column, unit: str, cells: Sequence[str]) -> dict[str, Any]:
+def _column(column: SeenColumn, unit: str, cells: Sequence[str]) -> dict[str, Any]:
     """A column: its cells as text, their numbers, for sorting, and what is drawn in place of the text."""
     out: dict[str, Any] = {
-        "key": column.key,
+        "key": column.key if isinstance(column, Column) else "",
         "label": column.label,
         "unit": unit,
         "meaning": column.meaning,
@@ -145,7 +162,7 @@ def _column(column: Column, unit: str, cells: Sequence[str]) -> dict[str, Any]:
         "cells": [*cells],
     }
     if column.drawn is not None:
-        return out | {"drawn": [typeset(value) for value in column.drawn[: len(cells)]]}
+        return out | {"drawn": [typeset_value(value) for value in column.drawn[: len(cells)]]}
     values = column.values[: len(cells)]
     if column.shown == "share":
         out["bars"] = [0.0 if value is None else min(max(float(value), 0.0), 1.0) for value in values]
@@ -176,7 +193,7 @@ def formula_of(formula: Formula) -> dict[str, Any]:
         group = groups.setdefault("inertia" if piece.quantity == "carried" else piece.quantity, [])
         group.append({"sign": "−" if piece.negative else "+", "typst": _TYPST.body(piece)})
     return {
-        "mathml": typeset(formula)["mathml"],
+        "mathml": typeset_value(formula)["mathml"],
         "left": _TYPST.symbol(formula.left),
         "letter": formula.left.letter,
         "groups": [*groups.values()],
@@ -189,7 +206,7 @@ def legend_of(legend: Legend | None) -> dict[str, list[str]]:
     return {name: [*language.legend(legend)] if legend else [] for name, language in languages.items()}
 
 
-def typeset(value: Any) -> dict[str, str]:
+def typeset_value(value: Any) -> dict[str, str]:
     """A symbol, a formula or several, for pages and paper; a mark with its effect; anything else as text."""
     if isinstance(value, Symbol):
         return {"mathml": f"<math>{_MATHS.symbol(value)}</math>", "typst": _TYPST.symbol(value)}
@@ -201,7 +218,7 @@ def typeset(value: Any) -> dict[str, str]:
         left = {"mathml": _MATHS.left(value), "typst": f"{_TYPST.symbol(value.left)} = "}
         return {name: left[name] + right[name] for name in left}
     if isinstance(value, tuple | list):
-        written = [typeset(entry) for entry in value]
+        written = [typeset_value(entry) for entry in value]
         return {name: ", ".join(entry[name] for entry in written) for name in ("mathml", "typst")}
     if isinstance(value, Mark):
         return {"effect": value.effect, "text": value.text}

@@ -14,7 +14,7 @@ from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.report.document import Document
 from gd_analyze.text import pretty, signed, unbroken
 
-TEMPLATES = Path(__file__).parent / "templates"
+_TEMPLATES = Path(__file__).parent / "templates"
 # An option of the command line, which a browser would break after its hyphens.
 _OPTION, _WHOLE = re.compile(r"--[a-z][a-z-]*"), r'<span class="option">\g<0></span>'
 
@@ -37,7 +37,7 @@ def page_of(document: Document) -> str:
 def _environment() -> Environment:
     """Templates whose values are escaped, but for MathML and SVG that the program writes."""
     environment = Environment(
-        loader=FileSystemLoader(TEMPLATES),
+        loader=FileSystemLoader(_TEMPLATES),
         undefined=StrictUndefined,
         autoescape=True,
         trim_blocks=True,
@@ -51,7 +51,7 @@ def _environment() -> Environment:
         "panel_svg": lambda panel, figure: Markup(panel_svg(panel, figure)),
         "key_svg": lambda key: Markup(key_svg(key)),
     }
-    environment.globals["file"] = lambda name: Markup((TEMPLATES / name).read_text(encoding="utf-8"))
+    environment.globals["file"] = lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
     return environment
 
 

@@ -13,7 +13,7 @@ from gd_analyze.figures.structure import Cell, cells, crosses, matrix_figure, sh
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.report.answer import VerdictList, element_details, shown_verdict_lists, validity
 from gd_analyze.report.budget import BudgetPath, budget_data, terms_data
-from gd_analyze.report.document import Document, PartWriter, opening_of, typeset
+from gd_analyze.report.document import Document, PartWriter, opening_of, typeset_value
 from gd_analyze.report.error_bars import error_bars
 from gd_analyze.report.model_sections import made_of, model_parts
 from gd_analyze.report.sections import sections
@@ -112,7 +112,7 @@ def _opening(findings: Findings) -> Result:
 
 def _verdict(group: VerdictList) -> dict[str, Any]:
     """A list of elements: verdict, heading, symbols, and words."""
-    symbols = [typeset(part_symbol(label)) for label in group.elements]
+    symbols = [typeset_value(part_symbol(label)) for label in group.elements]
     return {"verdict": group.verdict, "heading": group.heading, "symbols": symbols, "words": group.words}
 
 

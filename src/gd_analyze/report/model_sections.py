@@ -14,7 +14,7 @@ from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.formulas.writing import energy_formulas, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
-from gd_analyze.result import Column, Drawing, Fact, Mark, Part, Section, Table, joint_columns
+from gd_analyze.result import Drawing, Mark, Part, Section, Shown, ShownColumn, Table, joint_columns
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
@@ -109,9 +109,9 @@ def _steps(model: SimplifiedModel) -> Table:
     steps.append(("final program", "torque", model.operations.total))
     names, quantities, counts = zip(*steps, strict=True)
     columns = (
-        Column("", "step", names, shown="text"),
-        Column("", "computes", quantities, shown="text"),
-        Column("", "operations", counts, shown="count"),
+        ShownColumn("step", names, shown="text"),
+        ShownColumn("computes", quantities, shown="text"),
+        ShownColumn("operations", counts, shown="count"),
     )
     return Table("steps", "Operations after each step of the search", columns)
 
@@ -166,11 +166,11 @@ def _matrix(
     heads: Sequence[str],
     cells: Sequence[Sequence[Mark | None]],
 ) -> Table:
-    columns = [Column("", "row", range(len(names)), shown="count", drawn=names)]
+    columns = [ShownColumn("row", range(len(names)), shown="count", drawn=names)]
     for k, head in enumerate(heads):
         marks = [row[k] for row in cells]
         texts = ["" if mark is None else mark.text for mark in marks]
-        columns.append(Column("", head, texts, shown="text", drawn=marks))
+        columns.append(ShownColumn(head, texts, shown="text", drawn=marks))
     return Table(key, title, tuple(columns))
 
 
@@ -223,11 +223,11 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
     table, source_names = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
     errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
     shares = (
-        Column("", f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
+        ShownColumn(f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
         for name, values in errors
     )
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
-    operations = (Column("", name, values.tolist(), shown="count") for name, values in counts)
+    operations = (ShownColumn(name, values.tolist(), shown="count") for name, values in counts)
     programs = [source_names.get(name, name) for name in table.program.values.tolist()]
     title = "Largest torque error over peak torque if only the dominant parts of D and h are kept"
     note = (
@@ -239,7 +239,7 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
         Table(
             "verdict_operations",
             "Operations of D, h and c",
-            (Column("", "program", programs, shown="text"), *operations),
+            (ShownColumn("program", programs, shown="text"), *operations),
             note,
         ),
     )
@@ -256,4 +256,4 @@ def _dropped(findings: Findings) -> Iterator[Part]:
     for label, dropped_rows in reasons.items():
         if dropped_rows:
             names = ", ".join(row["part"] for row in dropped_rows)
-            yield Fact("", label, len(dropped_rows), text=f"{len(dropped_rows)}: {names}")
+            yield Shown(label, f"{len(dropped_rows)}: {names}")

@@ -13,7 +13,7 @@ from gd_analyze.figures.figure import ON_PAPER, Figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.report.document import Document
 
-TEMPLATES = Path(__file__).parent / "templates"
+_TEMPLATES = Path(__file__).parent / "templates"
 # What only a page or a program reads.
 _NOT_PRINTED = ("values", "played", "elements", "terms", "budget")
 
@@ -42,8 +42,8 @@ def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str],
 
     try:
         pdf = typst.compile(
-            TEMPLATES / template,
-            root=TEMPLATES,
+            _TEMPLATES / template,
+            root=_TEMPLATES,
             ignore_system_fonts=True,
             sys_inputs={
                 "data": json.dumps(data, ensure_ascii=False, allow_nan=False),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
-from gd_analyze.result import Column, Drawing, Fact, Part, Result, Section, Table, joint_columns
+from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, Value, ValueColumn, joint_columns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import table
 from gd_analyze.text import joint_name
@@ -108,13 +107,13 @@ def diagnosis_result(diagnosis: Diagnosis, provenance: Mapping[str, str]) -> Res
         title=arm.title or arm.name,
         subtitle=f"diagnosed with {', '.join(diagnosis.logs)}",
         headline=str(tabulated.attrs["answer"]),
-        facts=tuple(fact for fact in facts if fact.value is not None or not fact.label),
+        facts=tuple(fact for fact in facts if isinstance(fact, Value) or fact.value is not None),
         parts=(*diagnosis_tables(tabulated, arm), *_drawings(tabulated, arm)),
         provenance=dict(provenance),
     )
 
 
-def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact, ...]:
+def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact | Value, ...]:
     """The cause, its remedy, and what remains before and after."""
     has_cause = tabulated.sizes["cause"] > 0
     name = str(tabulated.cause_name.values[0]) if has_cause else None
@@ -123,19 +122,15 @@ def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact, ...]:
     before, after = (_mean(tabulated[f"remains_{when}"].values) for when in ("before", "after"))
     off = float(tabulated.attrs["masses_off"]) if compared_joints(tabulated) else None
     return (
-        Fact("cause", "", name),
+        Value("cause", name),
         Fact("remedy", "Remedy", remedy, shown="text"),
         Fact("remains_before", "Torque that remains, as logged", before, "of RMS", "percent"),
-        Fact(
-            "remains_after",
-            "Torque that remains, mended" if has_cause else "",
-            after,
-            "of RMS",
-            "percent",
-        ),
+        Fact("remains_after", "Torque that remains, mended", after, "of RMS", "percent")
+        if has_cause
+        else Value("remains_after", after),
         Fact("masses_off", "File's torque off by", off, "", "percent"),
         Fact("tells", "Log tells more than friction", bool(tabulated.attrs["tells"]), shown="flag"),
-        Fact("logs", "", str(tabulated.attrs["logs"]).split("\n")),
+        Value("logs", str(tabulated.attrs["logs"]).split("\n")),
     )
 
 
@@ -155,25 +150,18 @@ def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Table, ...]:
     )
 
 
-def for_json(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """The same parts for JSON alone."""
-    hidden: list[Part] = []
-    for part in parts:
-        if isinstance(part, Table):
-            hidden.append(replace(part, columns=tuple(replace(column, label="") for column in part.columns)))
-        elif isinstance(part, Fact):
-            hidden.append(replace(part, label=""))
-    return tuple(hidden)
-
-
 def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
     follows = tabulated.follows.values.tolist()
-    after = "with the causes" if tabulated.sizes["cause"] else ""
+    after, has_cause = tabulated.remains_after.values, tabulated.sizes["cause"] > 0
     columns = (
         *joint_columns(arm.joints),
         Column("before", "remains", tabulated.remains_before.values, shown="percent"),
-        Column("after", after, tabulated.remains_after.values, shown="percent"),
-        Column("follows", "which follows" if any(follows) else "", follows, shown="text"),
+        Column("after", "with the causes", after, shown="percent")
+        if has_cause
+        else ValueColumn("after", after),
+        Column("follows", "which follows", follows, shown="text")
+        if any(follows)
+        else ValueColumn("follows", follows),
     )
     note = (
         "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
@@ -186,7 +174,7 @@ def _causes(tabulated: xr.Dataset) -> Iterator[Table]:
     rows = _rows(tabulated, "cause")
     if rows:
         columns = [
-            Column(name, "", [row[name] for row in rows])
+            ValueColumn(name, [row[name] for row in rows])
             for name in ("name", "what", "remedy", "unsure", "rival")
         ]
         yield Table("causes", "", tuple(columns))
@@ -198,14 +186,14 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
     if not rows:
         return
     columns = (
-        Column("name", "", [row["name"] for row in rows]),
+        ValueColumn("name", [row["name"] for row in rows]),
         Column("what", "cause tried", [row["what"] for row in rows], shown="text"),
         Column("remains", "remains", [row["remains"] for row in rows], shown="percent"),
-        Column("residuals", "", [row["residuals"] for row in rows]),
+        ValueColumn("residuals", [row["residuals"] for row in rows]),
         Column("numbers", "numbers", [row["numbers"] for row in rows], shown="count"),
         Column("fall", "fall of score", [row["fall"] for row in rows], shown="count"),
-        Column("remedy", "", [row["remedy"] for row in rows]),
-        Column("unsure", "", [row["unsure"] for row in rows]),
+        ValueColumn("remedy", [row["remedy"] for row in rows]),
+        ValueColumn("unsure", [row["unsure"] for row in rows]),
     )
     note = (
         f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
@@ -224,8 +212,8 @@ def table_of_faults(rows: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
     """Faulty readings, each with name, joint from 1, what it is, remedy and share; none if there are none."""
     if rows:
         columns = (
-            Column("name", "", [row["name"] for row in rows]),
-            Column("joint", "", [row["joint"] for row in rows]),
+            ValueColumn("name", [row["name"] for row in rows]),
+            ValueColumn("joint", [row["joint"] for row in rows]),
             Column("what", "fault of readings", [row["what"] for row in rows], shown="text"),
             Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
             Column("share", "readings", [row["share"] for row in rows], shown="percent"),

@@ -11,7 +11,17 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.result import Column, Fact, Table, joint_columns, value_text
+from gd_analyze.result import (
+    AnyColumn,
+    AnyFact,
+    Fact,
+    ShownColumn,
+    Table,
+    Value,
+    ValueColumn,
+    joint_columns,
+    value_text,
+)
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import declared_column
 from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
@@ -90,15 +100,15 @@ def operations_table(key: str, model: SimplifiedModel) -> Table:
     simplified, full = _counts(model)
     saved = [1.0 - simplified[kind] / full[kind] if full[kind] else 0.0 for kind in _OPERATIONS]
     columns = (
-        Column("", "operations", [*_OPERATIONS.values()], shown="text"),
-        Column("", "exact", [full[kind] for kind in _OPERATIONS], shown="count"),
-        Column("", "model", [simplified[kind] for kind in _OPERATIONS], shown="count"),
-        Column("", "saved", saved, shown="percent"),
+        ShownColumn("operations", [*_OPERATIONS.values()], shown="text"),
+        ShownColumn("exact", [full[kind] for kind in _OPERATIONS], shown="count"),
+        ShownColumn("model", [simplified[kind] for kind in _OPERATIONS], shown="count"),
+        ShownColumn("saved", saved, shown="percent"),
     )
     return Table(key, "Operations for one evaluation of all torques", columns)
 
 
-def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
+def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
     """Operations of a model, and of the exact torque in the fewest known."""
     simplified, full, totals = model.operations, model.operations_full, _counts(model)
     function_sets = model.functions, model.form.functions
@@ -108,14 +118,14 @@ def operation_facts(model: SimplifiedModel) -> tuple[Fact, ...]:
     ]
     return (
         Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.pair}"),
-        Fact("operations_full", "", totals[1]),
-        Fact("nanoseconds", "", model.operations.nanoseconds),
+        Value("operations_full", totals[1]),
+        Value("nanoseconds", model.operations.nanoseconds),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
-        Fact("operations_apart_full", "", counts_apart[1]),
+        Value("operations_apart_full", counts_apart[1]),
         gamma_fact(model),
-        Fact("saves", "", model.saves),
-        Fact("saves_torque", "", model.saves_torque),
-        Fact("saves_functions", "", model.saves_functions),
+        Value("saves", model.saves),
+        Value("saves_torque", model.saves_torque),
+        Value("saves_functions", model.saves_functions),
     )
 
 
@@ -129,11 +139,11 @@ def apart_text(model: SimplifiedModel) -> str:
     return " instead of ".join(sums)
 
 
-def gamma_fact(model: SimplifiedModel) -> Fact:
+def gamma_fact(model: SimplifiedModel) -> Fact | Value:
     """Gamma, and what it allows."""
     gamma = model.accuracy.gamma
     if gamma is None or structure_note(model):  # which says it
-        return Fact("gamma", "", gamma)
+        return Value("gamma", gamma)
     return Fact("gamma", "Gamma", gamma, text=_gamma_text(gamma))
 
 
@@ -168,34 +178,42 @@ def joint_errors(
 ) -> Table:
     """Errors that a model states for its joints, and bounds, N m, shape (n,), if known, proven or stated."""
     accuracy, errors = model.accuracy, model.accuracy.errors
-    saves = not model.is_exact
     units = [joint.effort_unit for joint in model.arm.joints]
     share_label = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
     is_proven = proven is not None and bool(np.isfinite(proven).all())
     column = partial(declared_column, "simplified_model")
-    columns = [
+    of_errors: list[AnyColumn] = [
+        ValueColumn("largest_error", errors.largest),
+        ValueColumn("rms_error", errors.rms),
+    ]
+    if not model.is_exact:
+        of_errors = [
+            column("largest_error", errors.largest, units, label="error"),
+            ShownColumn(share_label, accuracy.shares, shown="percent"),
+            column("rms_error", errors.rms, units, pages_only=is_proven),
+        ]
+    columns: list[AnyColumn] = [
         *joint_columns(model.arm.joints),
         column("peak_torque", errors.peak_torque, units),
         column("allowed_error", accuracy.allowed, units),
-        column("largest_error", errors.largest, units, label="error" if saves else ""),
-        Column("", share_label if saves else "", accuracy.shares, shown="percent"),
-        column("rms_error", errors.rms, units, pages_only=is_proven, **({} if saves else {"label": ""})),
-        Column("largest_share", "", errors.largest_share),
-        Column("rms_share", "", errors.rms_share),
-        Column("largest_of_allowed", "", share_of(errors.largest, accuracy.allowed)),
+        *of_errors,
+        ValueColumn("largest_share", errors.largest_share),
+        ValueColumn("rms_share", errors.rms_share),
+        ValueColumn("largest_of_allowed", share_of(errors.largest, accuracy.allowed)),
     ]
-    if proven is not None and is_proven and saves:
-        columns.append(Column("", proof, proven, units, "bound"))
-        columns.append(Column("", share_label, accuracy.shares_of(proven), shown="bound_percent"))
+    if proven is not None and is_proven and not model.is_exact:
+        columns.append(ShownColumn(proof, proven, units, "bound"))
+        columns.append(ShownColumn(share_label, accuracy.shares_of(proven), shown="bound_percent"))
     return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
 
 
-def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[Fact, ...]:
+def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[AnyFact, ...]:
     """Norm of the torque error over norm of the torque, by share of states."""
+    if not norms:
+        return (Value("norms", []),)
     rows = [{"states": norm.states, "share": norm.share} for norm in norms]
-    label = "Norm, error/torque" if norms else ""
     note = "revolute and prismatic joints apart" if len(set(arm.is_revolute)) > 1 else ""
-    return (Fact("norms", label, rows, text=norms_text(norms), note=note),)
+    return (Fact("norms", "Norm, error/torque", rows, text=norms_text(norms), note=note),)
 
 
 def norms_text(norms: Iterable[NormShare]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +11,22 @@ from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.columns import ColumnUse
-from gd_analyze.result import Column, Fact, Mark, Part, Section, Table, for_pages, joint_columns
-from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables, for_json
+from gd_analyze.result import (
+    Column,
+    Fact,
+    Mark,
+    Part,
+    Section,
+    SeenColumn,
+    ShownColumn,
+    Table,
+    Value,
+    for_json,
+    for_pages,
+    for_people,
+    joint_columns,
+)
+from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
 from gd_analyze.results.verdict_lists import LISTS
@@ -49,7 +62,7 @@ def measured_parts(findings: Findings) -> tuple[Part, ...]:
     table = findings.tables["measured_torque"]
     parts: tuple[Part, ...] = (
         Fact("verdict", "Log and file", table.attrs["verdict"], shown="text"),
-        Fact("agreement", "", table.attrs["agreement"]),
+        Value("agreement", table.attrs["agreement"]),
         Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
         measured_table(table, findings.arm),
         *friction_tables(table, findings.arm),
@@ -67,7 +80,7 @@ def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
         row | {"effort_unit": joint.effort_unit}
         for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
     ]
-    names = ("bias", "rms_difference", "rms_beside_friction", "explained")
+    names = ("rms_difference", "rms_beside_friction", "explained")
     return table_of("joints", "Measured and exact torque", rows, dict.fromkeys(names, "measured_torque"))
 
 
@@ -87,7 +100,7 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
             "–" if row[name] is None else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {unit}"
             for row, unit in zip(rows, of_joints, strict=True)
         ]
-        columns.append(declared_column("measured_torque", name, cells, key=""))
+        columns.append(for_people(declared_column("measured_torque", name, cells)))
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
     return (Table("", title, tuple(columns)),)
 
@@ -158,7 +171,7 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
         worst_fact(rows),
         Fact("changing", "Verdicts that differ by motion", changing, text=_named(changing)),
         _each_motion(findings, rows),
-        Fact("verdicts", "", verdicts),
+        Value("verdicts", verdicts),
     )
     if changing:
         parts += (_changing_verdicts(rows, verdicts, top),)
@@ -167,7 +180,7 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
 
 def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
     """Error over allowed error along each motion: the worst joint's, and on pages every joint's."""
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         **dict.fromkeys(("motion", "set_points", "duration"), "motions"),
         "worst": Column("worst", "error of allowed", [row["worst"] for row in rows], shown="percent"),
         "joint": Column("joint", "joint", [row["joint"] for row in rows], shown="count"),
@@ -182,7 +195,7 @@ def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
             f"{percent(row['used'][i])}, {amount(row['peak_torque'][i], joint.effort_unit)}" for row in rows
         ]
         meaning = "error over allowed error, and peak torque"
-        columns[label] = Column("", label, cells, shown="text", meaning=meaning, pages_only=True)
+        columns[label] = ShownColumn(label, cells, shown="text", meaning=meaning, pages_only=True)
     return table_of("each", "Each motion by itself", rows, columns)
 
 
@@ -190,11 +203,11 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
     """Verdicts that differ by motion: one along each, or how often each is met along many."""
     changing = [row for row in verdicts if row["changes"]]
     names = [row["element"] for row in changing]
-    columns = [Column("", "element", names, shown="text", drawn=[part_symbol(name) for name in names])]
+    columns = [ShownColumn("element", names, shown="text", drawn=[part_symbol(name) for name in names])]
     title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
     if len(rows) > MOST_MOTION_COLUMNS:
         columns += [
-            Column("", verdict, [row["verdicts"].count(verdict) for row in changing], shown="count")
+            ShownColumn(verdict, [row["verdicts"].count(verdict) for row in changing], shown="count")
             for verdict in LISTS
         ]
         return Table("verdicts_by_motion", title, tuple(columns), top=top)
@@ -202,9 +215,14 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
         effects = [row["verdicts"][k] for row in changing]
         letters = [LETTERS[effect] for effect in effects]
         marks = [Mark(*pair) for pair in zip(effects, letters, strict=True)]
-        columns.append(Column("", motion["motion"], letters, shown="text", drawn=marks))
+        columns.append(ShownColumn(motion["motion"] or f"motion {k + 1}", letters, shown="text", drawn=marks))
     note = "T translation, R rotation, J drive, – negligible"
     return Table("verdicts_by_motion", f"{title}: {note}", tuple(columns), top=top)
+
+
+def _elements_fact(key: str, label: str, names: Sequence[str]) -> Fact | Value:
+    """Elements with a remark, for people only if there are any."""
+    return Fact(key, label, names, text=_named(names)) if names else Value(key, names)
 
 
 def _named(names: Sequence[str]) -> str:
@@ -265,7 +283,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     )
     noise_rows = _noise_rows(findings)
     noisy = f"Elements of D within twice the noise, of {np.count_nonzero(table.element_noise.values)}"
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         **dict.fromkeys(("cutoff", "noise_q", "noise_qdd", "torque_noise"), "recording"),
         "of_allowed": Column(
             "of_allowed", "of allowed", [row["of_allowed"] for row in noise_rows], shown="percent"
@@ -276,11 +294,11 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
     ]
     open_ = "Elements whose verdict the noise decides"
     parts = (
-        Fact("treatment", "", table.attrs["treatment"].split("\n")),
-        Fact("within_noise", noisy if within else "", within, text=_named(within)),
-        Fact("verdict_open", open_ if undecided else "", undecided, text=_named(undecided)),
+        Value("treatment", table.attrs["treatment"].split("\n")),
+        _elements_fact("within_noise", noisy, within),
+        _elements_fact("verdict_open", open_, undecided),
         table_of("joints", "Noise of the readings (standard deviation)", noise_rows, columns),
-        Fact("elements", "", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
+        Value("elements", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
         for_pages(columns_table([ColumnUse(**use) for use in uses])),
     )
     return (Section("recording", "", parts),)
@@ -289,7 +307,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
 def columns_table(uses: Sequence[ColumnUse]) -> Table:
     """How the columns of a log were understood."""
     columns = (
-        replace(declared_column("recording", name, [getattr(use, key) for use in uses]), key=key)
+        declared_column("recording", name, [getattr(use, key) for use in uses], key=key)
         for key, name in _OF_COLUMNS.items()
     )
     return Table("columns", "Columns of the log", tuple(columns))

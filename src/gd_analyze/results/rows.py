@@ -12,7 +12,7 @@ import numpy as np
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.dynamics.verdicts import verdict_definition
-from gd_analyze.result import Column, Table
+from gd_analyze.result import Column, SeenColumn, ShownColumn, Table, ValueColumn, for_people
 from gd_analyze.results.findings import Findings
 from gd_analyze.schema import declared, declared_column
 from gd_analyze.text import joint_name, percent, short_names
@@ -197,7 +197,7 @@ def table_of(
     key: str,
     title: str,
     rows: Sequence[Row],
-    columns: Mapping[str, str | Column],
+    columns: Mapping[str, str | SeenColumn],
     note: str = "",
     top: int | None = None,
     *,
@@ -216,27 +216,27 @@ def table_of(
     in_json
         Whether JSON has the table.
     """
-    made: list[Column] = []
+    seen: list[SeenColumn] = []
     if rows and "joint_name" in rows[0]:
         names = {row["joint"]: row["joint_name"] for row in rows}
         if list(names) == list(range(1, len(names) + 1)):  # some joints alone may share more words
             names = dict(zip(names, short_names(list(names.values())), strict=True))
         pairs = [joint_name(row["joint"], names[row["joint"]]) for row in rows]
-        made.append(Column("", "joint", pairs, shown="name"))
+        seen.append(ShownColumn("joint", pairs, shown="name"))
     for name, source in columns.items():
         column = source
         if isinstance(source, str):
             unit_name = _unit_name(source, name)
             units = [row[unit_name] for row in rows] if unit_name else ""
             column = declared_column(source, name, [row[name] for row in rows], units)
-        assert isinstance(column, Column)
-        made.append(replace(column, pages_only=column.pages_only or name in pages_only))
-    stored = {column.key for column in made}
-    if in_json and rows:
-        made += [Column(name, "", [row[name] for row in rows]) for name in rows[0] if name not in stored]
+        assert not isinstance(column, str)
+        seen.append(replace(column, pages_only=column.pages_only or name in pages_only))
     if not in_json:
-        made = [replace(column, key="") for column in made]
-    return Table(key, title, tuple(made), note, top)
+        return Table(key, title, tuple(map(for_people, seen)), note, top)
+    keys = {column.key for column in seen if isinstance(column, Column)}
+    further = [name for name in rows[0] if name not in keys] if rows else []
+    values = [ValueColumn(name, [row[name] for row in rows]) for name in further]
+    return Table(key, title, (*seen, *values), note, top)
 
 
 def _unit_name(group: str, name: str) -> str:

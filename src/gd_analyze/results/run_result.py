@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.motions.trajectory import counted_motions
-from gd_analyze.result import Fact, Part, Result, Section, value_text
+from gd_analyze.result import AnyFact, Fact, Part, Result, Section, Shown, Value, for_json, value_text
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -24,7 +24,7 @@ from gd_analyze.results.model_facts import (
     structure_note,
     worst_error,
 )
-from gd_analyze.results.near_motion import margins, near_bound, tube_bound
+from gd_analyze.results.near_motion import near_bound, tube_bound
 from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
 from gd_analyze.results.shown_tables import (
     difference_table,
@@ -33,7 +33,6 @@ from gd_analyze.results.shown_tables import (
     not_worth_keeping,
     ranked_terms_table,
     ranking_table,
-    text_comparison,
 )
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
@@ -63,7 +62,6 @@ _MOST_LISTED = 12
 def run_result(findings: Findings, top: int = 0) -> Result:
     """All results of a run; people see the answer, with `top` rows of the rankings, and JSON has the rest."""
     arm, model = findings.arm, findings.model
-    details = (*first_facts(findings), *_settings(findings), *more_facts(findings))
     return Result(
         title=arm.title or arm.name,
         subtitle=subtitle(findings),
@@ -73,7 +71,9 @@ def run_result(findings: Findings, top: int = 0) -> Result:
             *_equations(findings),
             *_stops(findings),
             joint_errors(model, tube_bound(findings), proof=findings.proof),
-            *(replace(fact, label="") for fact in details),
+            *for_json(first_facts(findings)),
+            *_settings(findings),
+            *_checks(findings),
             *motion_result.measured_parts(findings),
             *motion_result.motion_parts(findings, top),
             *motion_result.recording_parts(findings),
@@ -146,16 +146,11 @@ def _used_words(row: Row, proof: str) -> str:
     return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
 
 
-def stop_facts(findings: Findings) -> tuple[Fact, ...]:
+def stop_facts(findings: Findings) -> tuple[Shown, ...]:
     """The named budgets, a line each."""
     rows = stop_rows(findings)
     return tuple(
-        Fact(
-            "",
-            ("this: " if row["own"] and len(rows) > 1 else "") + row["budget"],
-            row["terms"],
-            text=row["words"],
-        )
+        Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
         for row in rows
     )
 
@@ -163,7 +158,7 @@ def stop_facts(findings: Findings) -> tuple[Fact, ...]:
 def _stops(findings: Findings) -> Iterator[Part]:
     yield from stop_facts(findings)
     if "stops" in findings.tables:
-        yield Fact("stops", "", rows_of(findings.tables["stops"], "stop"))
+        yield Value("stops", rows_of(findings.tables["stops"], "stop"))
 
 
 def subtitle(findings: Findings) -> str:
@@ -230,7 +225,7 @@ def _other_budget(findings: Findings) -> str:
 def verdict_section(ranking: xr.Dataset) -> Section:
     """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque."""
     listed = verdict_lists(ranking)
-    facts = []
+    facts: list[AnyFact] = []
     for name, label in _LISTED.items():
         labels = listed.labels(name)
         first_labels, unlisted = labels[:_MOST_LISTED], len(labels) - _MOST_LISTED
@@ -238,14 +233,14 @@ def verdict_section(ranking: xr.Dataset) -> Section:
         if name in ("translation", "rotation", "both"):
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
-        facts.append(Fact(name, label if text else "", labels, text=text, note=note))
+        facts.append(Fact(name, label, labels, text=text, note=note) if text else Value(name, labels))
     alone = listed.labels("drive")
     text = "; ".join(filter(None, [_drives_text(listed.drives, int(ranking.i.max())), _alone_text(alone)]))
     drives = [asdict(drive) for drive in listed.drives]
-    facts.insert(-2, Fact("drive", "", alone))
-    facts.insert(-2, Fact("drives", "Drives" if text else "", drives, text=text))
+    facts.insert(-2, Value("drive", alone))
+    facts.insert(-2, Fact("drives", "Drives", drives, text=text) if text else Value("drives", drives))
     dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
-    return Section("verdicts", "", (*facts, Fact("negligible_dominance", "", dominances)))
+    return Section("verdicts", "", (*facts, Value("negligible_dominance", dominances)))
 
 
 def _drives_text(drives: Sequence[DriveShare], n_joints: int) -> str:
@@ -262,83 +257,79 @@ def _alone_text(labels: Sequence[str]) -> str:
     return f"alone in {', '.join(labels)}" if labels else ""
 
 
-def first_facts(findings: Findings) -> tuple[Fact, ...]:
+def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     """The first figures: error near the motion and at its set points, terms or steps counted, and gamma."""
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
-    label = "" if tried else f"Torque error near the motion, {findings.proof}"
+    label = f"Torque error near the motion, {findings.proof}"
+    proven: Fact | Value
     if model.is_exact:
         proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
     elif bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
     else:
         proven = worst_error(model, bound).fact("proven_error", label, "at most")
+    if tried:
+        proven = Value(proven.key, proven.value)
     tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
     size, gamma = model.size, model.accuracy.gamma
     counted = f"{model.level.keeps.capitalize()} kept"
-    sampled = "" if model.is_exact else "Torque error at the set points"
+    sampled: Fact | Value = worst.fact("sampled_error", "Torque error at the set points", "up to")
+    if model.is_exact:
+        sampled = Value(sampled.key, sampled.value)
+    has_gamma = gamma is not None and not model.is_exact
     return (
         *((tried_error,) if tried else ()),
         proven,
-        worst.fact("sampled_error", sampled, "up to"),
+        sampled,
         Fact(
             "kept_terms",
             "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,
             len(model.terms),
             text=model.operations_full.pair if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
-        Fact("", GAMMA if gamma is not None and not model.is_exact else "", gamma, text=gamma_size(gamma)),
+        *((Shown(GAMMA, gamma_size(gamma)),) if has_gamma else ()),
     )
 
 
-def _for_json(**values: Any) -> tuple[Fact, ...]:
-    return tuple(Fact(key, "", value) for key, value in values.items())
+def _values(**values: Any) -> tuple[Value, ...]:
+    return tuple(Value(key, value) for key, value in values.items())
 
 
-def _settings(findings: Findings) -> tuple[Fact, ...]:
+def _settings(findings: Findings) -> tuple[Part, ...]:
+    """Input and model, for JSON."""
     model, accuracy, trajectory = findings.model, findings.model.accuracy, findings.trajectory
-    quick = "" if model.level is ELEMENT else "Search"
     return (
-        *_for_json(arm=findings.arm.name, trajectory=trajectory.name, set_points=trajectory.n_stated),
-        Fact("budget", "Budget", accuracy.budget),
-        Fact("level", "Level", model.level.name),
-        *_for_json(drives=model.drives),
-        *operation_facts(model),
-        *_for_json(
-            search=[step._asdict() for step in accuracy.steps],
+        *_values(
+            arm=findings.arm.name,
+            trajectory=trajectory.name,
+            set_points=trajectory.n_stated,
+            budget=accuracy.budget,
+            level=model.level.name,
+            drives=model.drives,
         ),
-        Fact("", quick, "quick; `gd-analyze simplify` searches longer"),
-        *norm_facts(accuracy.norms, findings.arm),
+        *for_json(operation_facts(model)),
+        *_values(search=[step._asdict() for step in accuracy.steps]),
+        *for_json(norm_facts(accuracy.norms, findings.arm)),
     )
 
 
-def more_facts(findings: Findings) -> tuple[Fact, ...]:
-    """Proven bounds, checks of the numbers, and their limits."""
+def _checks(findings: Findings) -> tuple[Value, ...]:
+    """Proven bounds, checks of the numbers, and their limits, for JSON."""
     model, beyond = findings.model, findings.tables["beyond"]
-    text, unlisted = text_comparison(findings), not_worth_keeping(findings)
+    values: dict[str, Any] = {"margin": str(findings.tables["tube"].attrs["margin"])}
+    if not model.is_exact and beyond.certified.notnull().all():
+        values["box_error"] = worst_error(model, beyond.certified.values).value
     # The row closest to its round-off bound; without gravity bound and difference are zero.
     rows = rows_of(findings.tables["cross_check"], "comparison")
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))
-    margin = str(findings.tables["tube"].attrs["margin"])
-    facts = [Fact("margin", "Margins of the motion", margin, text=margins(findings))]
-    if not model.is_exact and beyond.certified.notnull().all():
-        worst = worst_error(model, beyond.certified.values)
-        facts.append(worst.fact("box_error", f"Torque error in the motion's box, {findings.proof}"))
-    allows = f"round-off allows {number(check['round_off_bound'])}"
-    difference = check["largest_difference"], check["unit"]
-    facts.append(Fact("cross_check", "Difference from Pinocchio", *difference, note=allows))
-    if text is not None:
-        met = f"{text['agreed']} of {text['given']} elements"
-        facts.append(Fact("", "Verdicts of [FGL87] met", met))
-    label = "" if unlisted is None else "Lowest-ranked terms within the torque's uncertainty"
-    facts.append(Fact("terms_not_worth_keeping", label, unlisted, shown="count"))
-    mass = beyond.mass_within_budget.values
-    joint = int(mass.argmin())
-    if math.isfinite(mass[joint]):
-        label, note = "Unmodelled payload that uses up the budget", f"joint {joint + 1}"
-        facts.append(Fact("payload_within_budget", label, float(mass[joint]), "kg", note=note))
-    return tuple(facts)
+    values["cross_check"] = check["largest_difference"]
+    values["terms_not_worth_keeping"] = not_worth_keeping(findings)
+    mass = float(beyond.mass_within_budget.values.min())
+    if math.isfinite(mass):
+        values["payload_within_budget"] = mass
+    return _values(**values)
 
 
 def notices(findings: Findings) -> tuple[str, ...]:
@@ -398,7 +389,7 @@ def _drives_notice(findings: Findings) -> str:
     )
 
 
-def _tables(findings: Findings) -> tuple[Fact, ...]:
+def _tables(findings: Findings) -> tuple[Value, ...]:
     """Further tables for JSON."""
     tables, elements = findings.tables, findings.element_model
     of_elements = {
@@ -407,7 +398,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
         "operations": asdict(elements.operations),
         "operations_full": asdict(elements.operations_full),
     }
-    return _for_json(
+    return _values(
         equations=list(equation_part("equations", "", findings.model.formulas).lines),
         elements=of_elements,
         terms_total=tables["terms"].attrs["total"],
@@ -419,7 +410,7 @@ def _tables(findings: Findings) -> tuple[Fact, ...]:
 def _tube(findings: Findings) -> Section:
     """Errors near the motion."""
     stated = findings.tables["tube"].attrs
-    facts = _for_json(**{key: stated[key] for key in ("coarse", "tried", "note")})
+    facts = _values(**{key: stated[key] for key in ("coarse", "tried", "note")})
     return Section("tube", "", (near_errors_table(findings), *facts))
 
 

@@ -13,7 +13,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.writing import part_symbol, term_formula, torque_symbol
-from gd_analyze.result import Column, Mark, Table, for_pages
+from gd_analyze.result import Column, Mark, SeenColumn, ShownColumn, Table, for_pages, for_people
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import bound_ratio, margins, tube_bound
 from gd_analyze.results.rows import (
@@ -75,7 +75,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     symbols = [part_symbol(name) for name in names]
     effects = [effect_of(row) for row in rows]
     letters = [LETTERS[effect] + "?" * is_doubtful(row) for effect, row in zip(effects, rows, strict=True)]
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         "rank": Column("rank", "rank", [row["rank"] for row in rows], shown="count"),
         "element": declared_column("dominance", "element", names, drawn=symbols),
         **dict.fromkeys(("torque_share", "torque_peak", "torque_joint", "peak"), "dominance"),
@@ -86,15 +86,16 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
             )
             for effect in EFFECTS
         },
-        "letter": declared_column(
-            "dominance", "verdict", letters, key="", drawn=[Mark(effect, effect) for effect in effects]
+        "letter": for_people(
+            declared_column(
+                "dominance", "verdict", letters, drawn=[Mark(effect, effect) for effect in effects]
+            )
         ),
     }
     if "robustness" in findings.tables:
-        columns["sure"] = Column("", "probability", [sure_text(row) for row in rows], shown="text")
+        columns["sure"] = ShownColumn("probability", [sure_text(row) for row in rows], shown="text")
     if any(row["text_verdict"] for row in rows):
-        columns["text"] = Column(
-            "",
+        columns["text"] = ShownColumn(
             "[FGL87]",
             [LETTERS.get(row["text_verdict"], "") for row in rows],
             shown="text",
@@ -109,10 +110,10 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     return table_of("dominance", title, rows, columns, note, top, pages_only=wide)
 
 
-def _part_column(rows: Sequence[Row], name: str, **changes: Any) -> Column:
+def _part_column(rows: Sequence[Row], name: str, **changes: Any) -> ShownColumn:
     """A column by effect, empty for gravity, which has no rotational part; JSON has all."""
     values = [None if row["quantity"] == "gravity_loading" else row[name] for row in rows]
-    return declared_column("dominance", name, values, [row["unit"] for row in rows], key="", **changes)
+    return for_people(declared_column("dominance", name, values, [row["unit"] for row in rows], **changes))
 
 
 def _text_words(row: Row) -> str:
@@ -131,9 +132,9 @@ def ranked_terms_table(findings: Findings) -> Table:
     terms = [term for _, (term, _) in seen]
     formulas = [Formula(Symbol(""), term_formula(term, weight).pieces) for _, (term, weight) in seen]
     quantities = [_SYMBOLS[row["quantity"]] for row, _ in seen]
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         "rank": "terms",
-        "of": Column("", "of", quantities, shown="text"),
+        "of": ShownColumn("of", quantities, shown="text"),
         "label": declared_column(
             "terms",
             "label",
@@ -147,10 +148,10 @@ def ranked_terms_table(findings: Findings) -> Table:
     }
     if kept_terms is not None:
         kept = ["✓" if term in kept_terms else "–" for term in terms]
-        columns["kept"] = Column("", "kept", kept, shown="text")
+        columns["kept"] = ShownColumn("kept", kept, shown="text")
     if stated:
         above = ["–" if row["below_uncertainty"] else "✓" for row, _ in seen]
-        columns["above"] = declared_column("terms", "below_uncertainty", above, key="")
+        columns["above"] = for_people(declared_column("terms", "below_uncertainty", above))
     title = f"The {len(seen)} terms that matter most, of {table.attrs['total']}"
     return for_pages(table_of("terms", title, rows, columns, top=_SHOWN_TERMS))
 
@@ -158,7 +159,7 @@ def ranked_terms_table(findings: Findings) -> Table:
 def near_errors_table(findings: Findings) -> Table:
     """Errors near the motion, and how near."""
     rows, tube = joint_rows(findings, "tube"), findings.tables["tube"]
-    columns: dict[str, str | Column] = {**_stated_errors(findings), "tube_worst_found": "tube"}
+    columns: dict[str, str | SeenColumn] = {**_stated_errors(findings), "tube_worst_found": "tube"}
     is_proven = tube_bound(findings) is not None
     if is_proven:
         columns |= dict.fromkeys(("tube_certified", "tube_certified_share"), "tube")
@@ -168,7 +169,7 @@ def near_errors_table(findings: Findings) -> Table:
             value = row[f"tube_margin_{name}"]
             value = math.degrees(value) if joint.kind == "revolute" else value
             cells.append(f"{number(value)} {pretty(motion_unit(joint, name))}")
-        columns[f"± {name}"] = declared_column("tube", f"tube_margin_{name}", cells, key="")
+        columns[f"± {name}"] = for_people(declared_column("tube", f"tube_margin_{name}", cells))
     tried = int(tube.attrs["tried"])
     states = ", no state has a larger error than the bound" if is_proven else ": the states considered"
     note = f"Within {margins(findings)} of the motion, between its set points too{states}. "
@@ -178,13 +179,14 @@ def near_errors_table(findings: Findings) -> Table:
     return for_pages(table_of("joints", "Torque error near the motion", rows, columns, note))
 
 
-def _stated_errors(findings: Findings) -> dict[str, str | Column]:
+def _stated_errors(findings: Findings) -> dict[str, str | SeenColumn]:
     """Allowed and sampled errors, which precede others on pages."""
     table = findings.tables["simplified_model"]
     units = [joint.effort_unit for joint in findings.arm.joints]
     names = "allowed_error", "largest_error"
     return {
-        name: declared_column("simplified_model", name, table[name].values, units, key="") for name in names
+        name: for_people(declared_column("simplified_model", name, table[name].values, units))
+        for name in names
     }
 
 
@@ -193,8 +195,8 @@ def far_errors_table(findings: Findings) -> Table:
     beyond, rows, sentences = findings.tables["beyond"], joint_rows(findings, "beyond"), []
     simplified = findings.tables["simplified_model"]
     drawn = int(beyond.attrs["states_drawn"])
-    shares = declared_column("simplified_model", "largest_share", simplified.largest_share.values, key="")
-    columns: dict[str, str | Column] = {**_stated_errors(findings), "largest_share": shares}
+    shares = for_people(declared_column("simplified_model", "largest_share", simplified.largest_share.values))
+    columns: dict[str, str | SeenColumn] = {**_stated_errors(findings), "largest_share": shares}
     if beyond.certified.notnull().all():
         columns |= dict.fromkeys(("worst_found", "certified", "certified_share"), "beyond")
         sentences.append(
@@ -233,7 +235,7 @@ def payload_table(findings: Findings) -> Table:
     rows = joint_rows(findings, "beyond")
     masses = [row["mass_within_budget"] for row in rows]
     any_mass = [mass if mass < math.inf else "any" for mass in masses]
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         "torque_per_kg": "beyond",
         "mass_within_budget": declared_column("beyond", "mass_within_budget", any_mass),
     }
@@ -252,8 +254,8 @@ def difference_table(findings: Findings) -> Table:
     """Differences from Pinocchio, and what round-off explains."""
     rows = rows_of(findings.tables["cross_check"], "comparison")
     quantities = [row["quantity"].replace("_", " ") for row in rows]
-    columns: dict[str, str | Column] = {
-        "words": declared_column("cross_check", "quantity", quantities, key=""),
+    columns: dict[str, str | SeenColumn] = {
+        "words": for_people(declared_column("cross_check", "quantity", quantities)),
         **dict.fromkeys(("largest_difference", "round_off_bound"), "cross_check"),
     }
     title = "Difference from Pinocchio, an independent implementation"
@@ -268,10 +270,10 @@ def dropped_table(findings: Findings) -> Table:
         most = float(allowed[row["torque_joint"] - 1])
         used.append(row["torque_peak"] / most if most else None)
     names = [row["part"] for row in rows]
-    columns: dict[str, str | Column] = {
+    columns: dict[str, str | SeenColumn] = {
         "part": declared_column("parts", "part", names, drawn=[part_symbol(*name.split()) for name in names]),
         **dict.fromkeys(("torque_peak", "torque_joint", "torque_share"), "parts"),
-        "of_allowed": Column("", "of allowed", used, shown="percent"),
+        "of_allowed": ShownColumn("of allowed", used, shown="percent"),
     }
     title = "Parts dropped although they contribute torque here"
     return table_of("dropped", title, rows, columns, in_json=False)

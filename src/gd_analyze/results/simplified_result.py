@@ -7,7 +7,19 @@ from dataclasses import replace
 from gd_analyze.certification.held import Held
 from gd_analyze.formulas.languages import Written, equation_part
 from gd_analyze.motions.states import States, in_words
-from gd_analyze.result import Column, Fact, Part, Result, Table, columns_of
+from gd_analyze.result import (
+    AnyColumn,
+    AnyFact,
+    Column,
+    Fact,
+    Part,
+    Result,
+    Shown,
+    Table,
+    Value,
+    ValueColumn,
+    value_columns_of,
+)
 from gd_analyze.results.model_facts import (
     drives_text,
     headline,
@@ -38,17 +50,20 @@ def simplified_result(
     model, certificate = held_model.model, held_model.certificate
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
-    error_text, proven, joints = None, [], joint_errors(model, bound)
-    extra_columns = [Column("certified", "", [None] * arm.n_joints if bound is None else bound)]
+    error_text, joints = None, joint_errors(model, bound)
+    proven: list[AnyFact] = []
+    extra_columns: list[AnyColumn] = [
+        ValueColumn("certified", [None] * arm.n_joints if bound is None else bound)
+    ]
     if accuracy.uncertainty is not None:
-        extra_columns.append(Column("uncertainty", "", accuracy.uncertainty))
+        extra_columns.append(ValueColumn("uncertainty", accuracy.uncertainty))
     if certificate is not None:
         worst = worst_error(model, certificate.counting)
         region = " near each motion" if accuracy.motions else ""
         error_text = f"Torque error at most {worst.text}{region} (joint {worst.joint}), proven"
         proven = [
             Fact("certified_within", "Proven within", certificate.region.where),
-            Fact("", "Proof" if certificate.note else "", certificate.note),
+            *((Shown("Proof", certificate.note),) if certificate.note else ()),
         ]
     if held_model.found is not None and held_model.tried:
         worst, tried = (
@@ -65,14 +80,14 @@ def simplified_result(
         units = [joint.effort_unit for joint in arm.joints]
         extra_columns.append(Column("found", "found", held_model.found, units))
         if certificate is None:
-            proven.append(Fact("", "Proof", "none: --certified asks for one"))
-    steps = columns_of(accuracy.steps, ("name", "", "text"), ("operations", "", "count"))
+            proven.append(Shown("Proof", "none: --certified asks for one"))
+    steps = value_columns_of(accuracy.steps, "name", "operations")
     size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
         headline=headline(model, error_text),
         facts=(
-            Fact("arm", "", arm.name),
+            Value("arm", arm.name),
             Fact(
                 "level",
                 "Level",
@@ -80,13 +95,13 @@ def simplified_result(
                 text=f"{model.level.name}: {size_text}",
                 note=in_words(accuracy.fitted_on),
             ),
-            Fact("drives", "", model.drives),
-            Fact("budget", "", accuracy.budget),
-            Fact("fitted_on", "", dict(accuracy.fitted_on)),
+            Value("drives", model.drives),
+            Value("budget", accuracy.budget),
+            Value("fitted_on", dict(accuracy.fitted_on)),
             *operation_facts(model),
             *proven,
             *norm_facts(accuracy.norms, arm),
-            Fact("seconds", "", seconds, "s"),
+            Value("seconds", seconds),
         ),
         parts=(
             replace(joints, columns=(*joints.columns, *extra_columns)),
@@ -112,7 +127,9 @@ def _model_parts(
         by_element = Table("by_element", title, (names, *columns))
         return (
             Fact("kept", "Kept", kept_labels),
-            Fact("dropped", "Dropped" if dropped_labels else "", dropped_labels),
+            Fact("dropped", "Dropped", dropped_labels)
+            if dropped_labels
+            else Value("dropped", dropped_labels),
             by_element,
         )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
@@ -122,5 +139,5 @@ def _model_parts(
     )
     if model.has_terms and len(model.terms) > READABLE:
         written = replace(written, most_lines=0)
-    facts = (Fact("terms", "", len(model.terms)), Fact("legend", "", list(written.legend_lines)))
+    facts = (Value("terms", len(model.terms)), Value("legend", list(written.legend_lines)))
     return (*facts, written)

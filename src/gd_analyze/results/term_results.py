@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
-from gd_analyze.result import Column, Fact, Result, Table, columns_of
+from gd_analyze.result import Fact, Result, ShownColumn, Table, Value, ValueColumn, value_columns_of
 from gd_analyze.results.model_facts import drives_text
 from gd_analyze.schema import declared_column
 from gd_analyze.simplification.budget import Budget
@@ -45,11 +45,11 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         (
             columns["rank"],
             declared_column("terms", "label", labels),
-            Column("quantity", "", [ranked.term.quantity for ranked in terms]),
+            ValueColumn("quantity", [ranked.term.quantity for ranked in terms]),
             declared_column("terms", "text", texts, key="term"),
-            Column("alone_unit", "", units),
+            ValueColumn("alone_unit", units),
             *(columns[name] for name in _OF_TERMS),
-            *columns_of(terms, ("weight", "", "number"), ("below_uncertainty", "", "flag")),
+            *value_columns_of(terms, "weight", "below_uncertainty"),
         ),
         top=top,
     )
@@ -58,14 +58,18 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         title=f"{arm.title or arm.name}: {len(terms)} {LEVELS[level].keeps}",
         subtitle=f"ranked over {exact.states.in_words}",
         facts=(
-            Fact("arm", "", arm.name),
-            Fact("level", "", level),
-            Fact("drives", "Drives included" if arm.counts_drives() else "", exact.form.drives),
-            Fact("states", "", dict(exact.states.described)),
+            Value("arm", arm.name),
+            Value("level", level),
+            Fact("drives", "Drives included", exact.form.drives)
+            if arm.counts_drives()
+            else Value("drives", exact.form.drives),
+            Value("states", dict(exact.states.described)),
             *needed,
-            Fact("unlisted", "Terms not ranked" if ranking.unlisted else "", ranking.unlisted, note=unlisted),
-            Fact("unlisted_share", "", ranking.unlisted_share),
-            Fact("torque_uncertainty", "", ranking.uncertainty),
+            Fact("unlisted", "Terms not ranked", ranking.unlisted, note=unlisted)
+            if ranking.unlisted
+            else Value("unlisted", ranking.unlisted),
+            Value("unlisted_share", ranking.unlisted_share),
+            Value("torque_uncertainty", ranking.uncertainty),
             Fact(
                 "not_worth_keeping",
                 "Lowest-ranked terms within the torque's uncertainty",
@@ -82,17 +86,17 @@ def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budg
     """Operations, and sines and cosines, by level and budget."""
     arm, full, by_level = exact.arm, exact.form.operations, curves(tuple(points))
     budgets = [point.budget for point in next(iter(by_level.values()), ())]
-    columns = [Column("", "budget", budgets, shown="text")]
+    columns = [ShownColumn("budget", budgets, shown="text")]
     for level, row in by_level.items():
         counts = [f"{point.operations.total}/{point.operations.sines_cosines}" for point in row]
-        columns.append(Column("", level.name, counts, shown="text"))
+        columns.append(ShownColumn(level.name, counts, shown="text"))
     title = "Operations/sines and cosines of one torque evaluation, by budget"
     note = "If no model takes fewer operations, those of the exact torque are shown."
     point_columns = (
-        Column("level", "", [point.level.name for point in points]),
-        *columns_of(points, ("budget", "", "text")),
-        Column("operations", "", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
-        Column("largest_share", "", [point.error_share for point in points]),
+        ValueColumn("level", [point.level.name for point in points]),
+        *value_columns_of(points, "budget"),
+        ValueColumn("operations", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
+        ValueColumn("largest_share", [point.error_share for point in points]),
     )
     saves = any(point.operations.total < full.total for point in points)
     exact_operations = asdict(full) | {"total": full.total}
@@ -101,13 +105,15 @@ def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budg
         title=f"{arm.title or arm.name}: operations against torque error",
         subtitle=", ".join(filter(None, [f"over {exact.states.in_words}", drives])),
         facts=(
-            Fact("arm", "", arm.name),
-            Fact("drives", "", exact.form.drives),
-            Fact("states", "", dict(exact.states.described)),
-            Fact("budget", "", str(budget)),
-            Fact("shares_of", "", budget.shares_of),
+            Value("arm", arm.name),
+            Value("drives", exact.form.drives),
+            Value("states", dict(exact.states.described)),
+            Value("budget", str(budget)),
+            Value("shares_of", budget.shares_of),
             Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
-            Fact("saves", "" if saves else "Operations saved within these budgets", saves, text="none"),
+            Value("saves", saves)
+            if saves
+            else Fact("saves", "Operations saved within these budgets", saves, text="none"),
         ),
         parts=(Table("", title, tuple(columns), note), Table("points", "", point_columns)),
     )

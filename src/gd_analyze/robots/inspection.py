@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.result import Column, Fact, Part, Result, Section, Shown, Table
+from gd_analyze.result import Part, Result, Section, Shown, ShownAs, ShownColumn, Table, Value
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe_in_full, fingerprint
 from gd_analyze.robots.frames import angles_of
@@ -18,7 +18,7 @@ from gd_analyze.robots.parts import Placement
 _MOMENTS = ([0, 1, 2], [0, 1, 2])
 _PRODUCTS = ([0, 0, 1], [1, 2, 2])
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
-_SHOWN: dict[str, Shown] = {"#": "count", "joint": "name", "link": "name", "moves link": "name"}
+_SHOWN: dict[str, ShownAs] = {"#": "count", "joint": "name", "link": "name", "moves link": "name"}
 
 
 def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
@@ -31,9 +31,9 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
     return Result(
         f"{arm.title} ({arm.name})" if arm.title and arm.title != arm.name else arm.name,
         facts=(
-            *(Fact(key, "", value) for key, value in document.items()),
-            Fact("", "File" if files else "", ", ".join(files), shown="text"),
-            Fact("", "Gravity", f"{gravity} m/s² along x, y, z of the base frame", shown="text"),
+            *(Value(key, value) for key, value in document.items()),
+            *((Shown("File", ", ".join(files)),) if files else ()),
+            Shown("Gravity", f"{gravity} m/s² along x, y, z of the base frame"),
         ),
         parts=(
             *_sentences("Suspicious", [text.removeprefix(file_prefix) for text in suspicious]),
@@ -55,7 +55,7 @@ def arm_tables(arm: RobotArm) -> tuple[Part, ...]:
 
 
 def _sentences(title: str, sentences: Sequence[str]) -> list[Section]:
-    facts = tuple(Fact("", "-", sentence, shown="text") for sentence in sentences)
+    facts = tuple(Shown("-", sentence) for sentence in sentences)
     return [Section("", title, facts)] if facts else []
 
 
@@ -68,7 +68,7 @@ def _table(
     key: str, title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = ""
 ) -> Table:
     columns = (
-        Column("", heading, list(cells), shown=_SHOWN.get(heading, "number"))
+        ShownColumn(heading, list(cells), shown=_SHOWN.get(heading, "number"))
         for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
     )
     return Table(key, title, tuple(columns), note)
@@ -80,8 +80,9 @@ def _chain(arm: RobotArm) -> Table:
         lines = ", ".join(str(place.line) for place in (joint.source, link.source) if place and place.line)
         share = f"{100 * link.mass / (whole or 1.0):.0f}"
         rows.append([i, joint.name, link.name, f"{link.mass:.3g}", share, lines])
-    has_lines = any(row[-1] for row in rows)
-    headings = ["#", "joint", "moves link", "kg", "%", "at lines" if has_lines else ""]
+    headings = ["#", "joint", "moves link", "kg", "%", "at lines"]
+    if not any(row[-1] for row in rows):
+        headings, rows = headings[:-1], [row[:-1] for row in rows]
     return _table("chain", f"Chain, {whole:.4g} kg in all", headings, rows)
 
 
@@ -132,7 +133,7 @@ def _axis(axis: FloatArray) -> str:
     return " ".join(f"{x:.4g}" for x in axis)
 
 
-def _links(arm: RobotArm) -> Iterator[Table | Fact]:
+def _links(arm: RobotArm) -> Iterator[Table | Shown]:
     rows = [[link.name, *_cells([link.mass, *link.com])] for link in arm.links]
     title = "Links: mass (kg) and centre of mass (m) in the link's frame"
     yield _table("arm_links", title, ["link", "mass", "x", "y", "z"], rows)
@@ -148,8 +149,10 @@ def _links(arm: RobotArm) -> Iterator[Table | Fact]:
         )
     measured = ", ".join(link.name for link in arm.links if link.as_measured)
     axial = ", ".join(link.name for link in arm.links if link.axial_only)
-    yield Fact("", "Inertia kept as measured" if measured else "", measured, shown="text")
-    yield Fact("", "Inertia about the joint's axis only" if axial else "", axial, shown="text")
+    if measured:
+        yield Shown("Inertia kept as measured", measured)
+    if axial:
+        yield Shown("Inertia about the joint's axis only", axial)
 
 
 def _uncertainties(arm: RobotArm) -> Iterator[Table]:

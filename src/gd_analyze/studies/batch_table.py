@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.batch import effort_units
-from gd_analyze.result import Column, Fact, Result, Shown, Table
+from gd_analyze.result import Column, Result, ShownAs, ShownColumn, Table, Value, ValueColumn
 from gd_analyze.robots.arm_numbers import ArmNumber
 from gd_analyze.studies.batch_rows import KEYS, BatchRow, varied_in
 from gd_analyze.text import short_name
@@ -62,7 +62,7 @@ def varied_column(rows: Sequence[BatchRow]) -> str:
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and the failed rows."""
     failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
-    headings: tuple[tuple[str, str, Shown], ...] = (
+    headings: tuple[tuple[str, str, ShownAs], ...] = (
         ("row", "row", "count"),
         ("state", "state", "text"),
         ("arm", "arm", "name"),
@@ -81,14 +81,14 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     numbers = [number for number in map(ArmNumber.named, table.columns) if number is not None]
     failed_columns = (
         Column("row", "row", failed.row.tolist(), shown="count"),
-        Column("error", "", failed.error.tolist()),
-        Column("", "error", lines, shown="text"),
+        ValueColumn("error", failed.error.tolist()),
+        ShownColumn("error", lines, shown="text"),
     )
     failures = Table("failures", "Failed", failed_columns, top=most)
     return Result(
         title="Batch",
         headline=f"{done_count} of {len(table)} rows done.",
-        facts=(Fact("rows", "", len(table)), Fact("done", "", done_count), Fact("failed", "", len(failed))),
+        facts=(Value("rows", len(table)), Value("done", done_count), Value("failed", len(failed))),
         parts=(
             Table("table", "Rows", columns, top=most),
             *([_varied_table(table, numbers, most)] if numbers else []),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import NamedTuple
@@ -20,7 +20,8 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
-from gd_analyze.result import Column, Fact, Result, Table
+from gd_analyze.progress import NO_PROGRESS, Progress
+from gd_analyze.result import AnyColumn, Column, Fact, Result, ShownColumn, Table, Value, ValueColumn
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
@@ -78,12 +79,13 @@ def agreement(
     states: States,
     *,
     methods: Mapping[str, Method] = METHODS,
-    progress: Callable[[int], None] = lambda count: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Agreement:
     """Compare torque, D, h and c of methods at the same states; recursions are probed for D, h and c."""
     q_last, qd_last, _ = states.last
     reference = pinocchio_dynamics(arm, *states.arrays)
     torques, from_pinocchio = [], {}
+    progress.stage("comparing", len(methods))
     for name, method in methods.items():
         torques.append(torque_of_states(method, arm, *states.arrays))
         dynamics = method.dynamics(arm, q_last, qd_last)
@@ -97,7 +99,7 @@ def agreement(
             quantity: float(np.abs(quantities[quantity] - value).max())
             for quantity, value in reference.items()
         }
-        progress(1)
+        progress.advance()
     torques.append(reference["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {
@@ -117,13 +119,12 @@ def comparison(
     arm: RobotArm,
     trajectory: Trajectory | None = None,
     *,
-    progress: Callable[[int], None] = lambda count: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Result:
     """Count and compare every formulation on one arm; a disagreement does not raise.
 
     Torques are compared along the trajectory or, without one, at random states within the arm's limits.
     Raises a `TrajectoryError` if the numbers of joints differ, an `ArmError` if D is not positive definite.
-    `progress` is called with 1 after each of `METHODS`.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -158,9 +159,9 @@ def comparison(
                 asdict(exact),
                 text=str(exact),
             ),
-            Fact("compared_at", "", compared_at),
-            Fact("agrees", "", agreed.holds),
-            Fact("largest_difference", "", agreed.largest),
+            Value("compared_at", compared_at),
+            Value("agrees", agreed.holds),
+            Value("largest_difference", agreed.largest),
         ),
         parts=(_cost_table(arm), _differences_table(agreed)),
         notices=tuple(dict.fromkeys(str(item.message) for item in caught)),
@@ -168,19 +169,19 @@ def comparison(
     )
 
 
-def _names(*more_rows: str) -> tuple[Column, Column]:
+def _names(*more_rows: str) -> tuple[ValueColumn, ShownColumn]:
     """Columns that begin a table of formulations."""
     labels = [*(method.short for method in METHODS.values()), *more_rows]
-    return Column("name", "", (*METHODS, *more_rows)), Column("", "formulation", labels, shown="text")
+    return ValueColumn("name", (*METHODS, *more_rows)), ShownColumn("formulation", labels, shown="text")
 
 
 def _cost_table(arm: RobotArm) -> Table:
-    columns = list(_names())
+    columns: list[AnyColumn] = [*_names()]
     for attribute, label in (("executed", "as executed"), ("folded", "folded")):
         counts = [getattr(count_cost(method, arm), attribute) for method in METHODS.values()]
-        columns.append(Column(attribute, "", [asdict(count) for count in counts]))
+        columns.append(ValueColumn(attribute, [asdict(count) for count in counts]))
         cells = [f"{x.multiplications} + {x.additions}, {x.sines_cosines}" for x in counts]
-        columns.append(Column("", label, cells))
+        columns.append(ShownColumn(label, cells))
     for key in ("growth", "form"):
         columns.append(Column(key, key, [getattr(m, key) for m in METHODS.values()], shown="text"))
     return Table(

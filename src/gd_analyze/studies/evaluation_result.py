@@ -12,7 +12,22 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.motions.states import in_words
-from gd_analyze.result import Column, Fact, Part, Result, Section, Table, columns_of, joint_columns
+from gd_analyze.result import (
+    AnyColumn,
+    Column,
+    Fact,
+    Part,
+    Result,
+    Section,
+    Shown,
+    ShownColumn,
+    Table,
+    Value,
+    ValueColumn,
+    joint_columns,
+    value_columns_of,
+    value_text,
+)
 from gd_analyze.results.model_facts import drives_text, norms_text
 from gd_analyze.results.motion_result import friction_tables, measured_table
 from gd_analyze.results.motion_tables import measured_torque_table
@@ -61,27 +76,27 @@ def evaluation_result(
         subtitle=", ".join(filter(None, [f"on {motions_text}", drives_text(model.arm, model.drives)])),
         headline=evaluation.in_words,
         facts=(
-            Fact("arm", "", model.arm.name),
-            Fact("drives", "", model.drives),
-            Fact("level", "", model.level.name),
+            Value("arm", model.arm.name),
+            Value("drives", model.drives),
+            Value("level", model.level.name),
             Fact("fitted_on", "Model fitted on", dict(accuracy.fitted_on), text=fitted_on),
             Fact("budget", "Budget", accuracy.budget),
-            Fact("promised", "", "measured" if accuracy.measured else STATED),
-            Fact("promised_norms", "", [norm._asdict() for norm in accuracy.norms]),
-            Fact("held_against", "", {"arm": arm.name, "drives": model.drives, "payload": carried}),
-            Fact("fail_over", "", limit or None),
-            Fact("strict", "", evaluation.strict),
-            Fact("passed", "", evaluation.passed),
-            Fact("limits", "", STATED if evaluation.unchecked else "checked here"),
-            Fact(
-                "",
-                "Errors above it" if evaluation.failures else "",
-                f"{len(evaluation.failures)} of {judged}",
+            Value("promised", "measured" if accuracy.measured else STATED),
+            Value("promised_norms", [norm._asdict() for norm in accuracy.norms]),
+            Value("held_against", {"arm": arm.name, "drives": model.drives, "payload": carried}),
+            Value("fail_over", limit or None),
+            Value("strict", evaluation.strict),
+            Value("passed", evaluation.passed),
+            Value("limits", STATED if evaluation.unchecked else "checked here"),
+            *(
+                (Shown("Errors above it", f"{len(evaluation.failures)} of {judged}"),)
+                if evaluation.failures
+                else ()
             ),
-            Fact("", "Worst", f"joint {name}, {worst.name}: {worst.error_text(joint)}"),
+            Shown("Worst", f"joint {name}, {worst.name}: {worst.error_text(joint)}"),
             *(() if verdict is None else (Fact("agreement", "Log and file", verdict.text, shown="text"),)),
-            Fact("box", "", {"where": box.where, **limits}),
-            Fact("motions", "", [section.document() for section in sections]),
+            Value("box", {"where": box.where, **limits}),
+            Value("motions", [section.document() for section in sections]),
         ),
         notices=_notices(evaluation),
         parts=(
@@ -108,14 +123,14 @@ def _motions_table(evaluation: Evaluation) -> Table:
     motions = evaluation.motions
     tables = [motion.errors for motion in motions]
     columns = [
-        Column("", "motion", [motion.name for motion in motions], shown="name"),
-        Column("", "set points", [len(motion.judged) for motion in motions], shown="count"),
-        Column("", "of peak", [table.largest_share.max() for table in tables], shown="percent"),
-        Column("", "joint", [table.worst + 1 for table in tables], shown="count"),
-        Column("", "outside box", [int(motion.outside.sum()) for motion in motions], shown="count"),
+        ShownColumn("motion", [motion.name for motion in motions], shown="name"),
+        ShownColumn("set points", [len(motion.judged) for motion in motions], shown="count"),
+        ShownColumn("of peak", [table.largest_share.max() for table in tables], shown="percent"),
+        ShownColumn("joint", [table.worst + 1 for table in tables], shown="count"),
+        ShownColumn("outside box", [int(motion.outside.sum()) for motion in motions], shown="count"),
     ]
     if evaluation.fail_over is not None:
-        columns.append(Column("", "verdict", [motion.verdict for motion in motions], shown="text"))
+        columns.append(ShownColumn("verdict", [motion.verdict for motion in motions], shown="text"))
     note = "Of peak: largest error over peak torque. Outside box: set points."
     return Table("", "All motions", tuple(columns), note)
 
@@ -156,9 +171,7 @@ class _Motion:
             "norms": [norm._asdict() for norm in motion.norms],
             "mass_within_budget": self.effect.largest_mass,
             "limiting_joint": self.effect.limiting_joint,
-            "largest_losses": Table(
-                "", "", tuple(columns_of(self.lost, *((key, "", "number") for key in _LOSSES)))
-            ).rows(),
+            "largest_losses": Table("", "", tuple(value_columns_of(self.lost, *_LOSSES))).rows(),
             "outside_box": int(motion.outside.sum()),
             "box_exits": self.exits().rows(),
             "measured_torque": measured
@@ -170,18 +183,18 @@ class _Motion:
         motion, count = self.motion, len(self.motion.judged)
         parts: list[Part] = [self.joints(), *self.omissions()]
         if 0 < motion.judged.sum() < count:
-            parts.append(Fact("", "Judged", f"{int(motion.judged.sum())} of {count} states"))
+            parts.append(Shown("Judged", f"{int(motion.judged.sum())} of {count} states"))
         if motion.norms:
-            parts.append(Fact("", "Norm, error/torque", norms_text(motion.norms)))
+            parts.append(Shown("Norm, error/torque", norms_text(motion.norms)))
         if self.bare is not None and self.bare.norms:
-            parts.append(Fact("", "Norm without the payload", norms_text(self.bare.norms)))
+            parts.append(Shown("Norm without the payload", norms_text(self.bare.norms)))
         if (self.bare or motion).within(motion.accuracy.allowed).all() and self.effect.limiting_joint:
             label, note = "Point mass within the budget", f"joint {self.effect.limiting_joint} first"
-            parts.append(Fact("", label, self.effect.largest_mass, "kg", note=note))
+            parts.append(Shown(label, value_text(self.effect.largest_mass, "kg"), note))
         if motion.exits:
             note = "no certificate for these limits holds there"
             outside = f"{int(motion.outside.sum())} of {count}"
-            parts.append(Fact("", f"Set points outside {self.evaluation.box.where}", outside, note=note))
+            parts.append(Shown(f"Set points outside {self.evaluation.box.where}", outside, note=note))
             parts.append(self.exits())
         if motion.measured is not None:
             parts += self.measured(motion.measured)
@@ -200,34 +213,44 @@ class _Motion:
         motion, errors, arm, effect = self.motion, self.motion.errors, self.motion.dynamics.arm, self.effect
         units, empty = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
         allowed, promised, unloaded_torque = motion.accuracy.allowed, motion.accuracy.errors, self.bare
-        is_judged = motion.verdict != "not judged"
         limit = empty if motion.most is None else motion.most
         passed = [is_passed(verdict) for verdict in motion.verdicts]
-        unloaded: Sequence[Any] | FloatArray = (
-            empty if unloaded_torque is None else unloaded_torque.errors.largest
-        )
-        of_allowed = empty if unloaded_torque is None else share_of(unloaded_torque.errors.largest, allowed)
+        unloaded: Sequence[Any] | FloatArray = empty
+        beside: list[AnyColumn] = []
+        if unloaded_torque is not None:
+            unloaded = unloaded_torque.errors.largest
+            beside = [ShownColumn("unloaded", share_of(unloaded, allowed), shown="times")]
+        judged: list[AnyColumn] = [
+            ValueColumn("largest_error_at", motion.at),
+            Column("fail_over", "limit", limit, units),
+            Column("passed", "passed", passed, shown="flag"),
+            ValueColumn("allowed_error", allowed),
+        ]
+        if motion.verdict == "not judged":
+            judged = [
+                ValueColumn("largest_error_at", motion.at)
+                if motion.trajectory is None
+                else Column("largest_error_at", "at", motion.at, "s"),
+                ValueColumn("fail_over", limit),
+                ValueColumn("passed", passed),
+                Column("allowed_error", "allowed", allowed, units),
+            ]
         columns = [
             *joint_columns(arm.joints),
             Column("peak_torque", "peak", errors.peak_torque, units),
             Column("largest_error", "error", errors.largest, units),
             Column("largest_share_of_peak_here", "of peak", errors.largest_share, shown="percent"),
-            Column("rms_error", "", errors.rms),
-            Column(
-                "largest_error_at", "" if is_judged or motion.trajectory is None else "at", motion.at, "s"
-            ),
-            Column("fail_over", "limit" if is_judged else "", limit, units),
-            Column("passed", "passed" if is_judged else "", passed, shown="flag"),
-            Column("allowed_error", "" if is_judged else "allowed", allowed, units),
+            ValueColumn("rms_error", errors.rms),
+            *judged,
             Column("largest_of_allowed", "of allowed", share_of(errors.largest, allowed), shown="times"),
-            Column("", "unloaded" if unloaded_torque else "", of_allowed, shown="times"),
-            Column("promised_of_allowed", "", share_of(promised.largest, allowed)),
-            Column("peak_torque_fitted_on", "", promised.peak_torque),
-            Column("largest_share_of_peak_fitted_on", "", share_of(errors.largest, promised.peak_torque)),
-            Column("promised_largest_error", "", promised.largest),
-            Column("largest_error_without_payload", "", unloaded),
-            Column("torque_per_kg", "", effect.torque_per_kg),
-            Column("mass_within_budget", "", effect.mass_within_budget),
+            *beside,
+            ValueColumn("promised_of_allowed", share_of(promised.largest, allowed)),
+            ValueColumn("peak_torque_fitted_on", promised.peak_torque),
+            ValueColumn("largest_share_of_peak_fitted_on", share_of(errors.largest, promised.peak_torque)),
+            ValueColumn("promised_largest_error", promised.largest),
+            ValueColumn("largest_error_without_payload", unloaded),
+            ValueColumn("torque_per_kg", effect.torque_per_kg),
+            ValueColumn("mass_within_budget", effect.mass_within_budget),
         ]
         note = "Allowed: by the budget, where the model was fitted."
         return Table("", "Torque error", tuple(columns), note)
@@ -244,10 +267,10 @@ class _Motion:
         units = [arm.joints[loss.torque_joint - 1].effort_unit for loss in lost]
         shares = [loss.torque_peak / allowed[loss.torque_joint - 1] for loss in lost]
         columns = (
-            Column("", "what", [loss.part for loss in lost], shown="text"),
-            Column("", "torque", [loss.torque_peak for loss in lost], units),
-            Column("", "joint", [loss.torque_joint for loss in lost], shown="count"),
-            Column("", "of allowed", shares, shown="times"),
+            ShownColumn("what", [loss.part for loss in lost], shown="text"),
+            ShownColumn("torque", [loss.torque_peak for loss in lost], units),
+            ShownColumn("joint", [loss.torque_joint for loss in lost], shown="count"),
+            ShownColumn("of allowed", shares, shown="times"),
         )
         return [Table("", "Omissions by torque of each alone", columns, top=5)]
 
@@ -256,24 +279,23 @@ class _Motion:
         exits, farthest = self.motion.exits, [violation.farthest for violation in self.motion.exits]
         units = [violation.unit for violation in farthest]
         columns = (
-            Column("joint", "", [violation.joint for violation in farthest]),
-            Column("joint_name", "", [violation.name for violation in farthest]),
-            Column(
-                "",
-                "joint",
-                [joint_name(violation.joint, violation.name) for violation in farthest],
-                shown="name",
+            ValueColumn("joint", [violation.joint for violation in farthest]),
+            ValueColumn("joint_name", [violation.name for violation in farthest]),
+            ShownColumn(
+                "joint", [joint_name(violation.joint, violation.name) for violation in farthest], shown="name"
             ),
             Column("quantity", "quantity", [violation.quantity for violation in farthest], shown="text"),
-            Column("unit", "", units),
+            ValueColumn("unit", units),
             Column("limit", "limit", [violation.limit for violation in farthest], units),
-            Column("farthest", "", [violation.value for violation in farthest]),
-            Column("farthest_at", "", [violation.time for violation in farthest]),
-            Column("", "by", [violation.excess for violation in farthest], units),
+            ValueColumn("farthest", [violation.value for violation in farthest]),
+            ValueColumn("farthest_at", [violation.time for violation in farthest]),
+            ShownColumn("by", [violation.excess for violation in farthest], units),
             Column("set_points", "points", [box_exit.set_points for box_exit in exits], shown="count"),
             Column("first", "first", [box_exit.first for box_exit in exits], "s"),
-            Column("longest_stretch", "", [(box_exit.begin, box_exit.end) for box_exit in exits]),
-            Column("", "longest", [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits], "s"),
+            ValueColumn("longest_stretch", [(box_exit.begin, box_exit.end) for box_exit in exits]),
+            ShownColumn(
+                "longest", [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits], "s"
+            ),
         )
         return Table("", f"Limits of {self.evaluation.box.where} exceeded", columns)
 
@@ -281,14 +303,14 @@ class _Motion:
         """Exact and simplified torque side by side, each compared with the measured torque."""
         exact, simplified = measured
         units = [joint.effort_unit for joint in exact.arm.joints]
-        columns = [*joint_columns(exact.arm.joints), Column("", "measured peak", exact.peak_measured, units)]
+        columns = [*joint_columns(exact.arm.joints), ShownColumn("measured peak", exact.peak_measured, units)]
         for heading, comparison in (("exact", exact), ("simplified", simplified)):
-            columns.append(Column("", f"RMS to {heading}", comparison.rms, units))
+            columns.append(ShownColumn(f"RMS to {heading}", comparison.rms, units))
             if self.fit_friction:
-                columns.append(Column("", "beside friction", comparison.friction.rms, units))
+                columns.append(ShownColumn("beside friction", comparison.friction.rms, units))
         # To nine digits: the difference may be nothing but round-off.
         increase = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
-        columns.append(Column("", "more", increase, shown="percent"))
+        columns.append(ShownColumn("more", increase, shown="percent"))
         note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
         tables = [
             Table("", "Measured torque", tuple(columns), note),

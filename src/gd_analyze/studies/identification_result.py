@@ -24,7 +24,20 @@ from gd_analyze.figures.figure import (
 from gd_analyze.identification.identification import Identification, Residuals
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, joint_columns
+from gd_analyze.result import (
+    AnyFact,
+    Column,
+    Drawing,
+    Fact,
+    Result,
+    Section,
+    Shown,
+    ShownColumn,
+    Table,
+    Value,
+    ValueColumn,
+    joint_columns,
+)
 from gd_analyze.results.diagnosis_result import table_of_faults
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
@@ -97,17 +110,12 @@ def identification_result(
     )
     held_out = f"held out: {', '.join(identification.held_out) or 'the last third of each'}"
     loaded = f", with a payload {', '.join(identification.loaded)}" if identification.loaded else ""
-    facts = [
-        Fact(
-            "",
-            "Base parameters identifiable",
-            f"{len(identifiable)} of {len(identification.parameters)}",
-            shown="text",
-        ),
+    facts: list[AnyFact] = [
+        Shown("Base parameters identifiable", f"{len(identifiable)} of {len(identification.parameters)}"),
         Fact("condition", "Condition number", identification.estimate.condition),
         Fact("physical", "Physically consistent", identification.physical, shown="flag"),
         *(
-            Fact(key, "", list(getattr(identification, key)))
+            Value(key, list(getattr(identification, key)))
             for key in ("logs", "held_out", "loaded", "kept", "doubts")
         ),
     ]
@@ -264,10 +272,10 @@ def _payload_table(identification: Identification) -> Iterator[Table]:
     units = ["kg", "m", "m", "m"]
     columns = (
         Column("quantity", "quantity", ["mass", "x", "y", "z"], shown="name"),
-        Column("value", "", values),
-        Column("error", "", errors),
-        Column(
-            "", "value", [f"{cell} {unit}" for cell, unit in zip(cells, units, strict=True)], shown="text"
+        ValueColumn("value", values),
+        ValueColumn("error", errors),
+        ShownColumn(
+            "value", [f"{cell} {unit}" for cell, unit in zip(cells, units, strict=True)], shown="text"
         ),
     )
     frame = identification.stated_arm.tip or f"link {identification.stated_arm.n_joints}"
@@ -290,8 +298,8 @@ def _residual_table(identification: Identification) -> Table:
         Column(
             "share", "of measured", [residuals.share("identified") for residuals in rows], shown="percent"
         ),
-        Column("noise", "", identification.estimate.noise),
-        Column("correlated_rows", "", identification.estimate.correlated),
+        ValueColumn("noise", identification.estimate.noise),
+        ValueColumn("correlated_rows", identification.estimate.correlated),
     ]
     note = "RMS of the measured torque, and of each model's residual."
     return Table("joints", "Held-out torque, by joint", tuple(columns), note)
@@ -316,8 +324,8 @@ def _friction_table(identification: Identification) -> Table:
             for value, error in zip(values, errors, strict=True)
         ]
         unit = f"{turning} ({sliding})" if slides else turning
-        columns += [Column(key, "", values), Column(f"{key}_error", "", errors)]
-        columns.append(Column("", f"{label}, {unit}", cells, shown="text"))
+        columns += [ValueColumn(key, values), ValueColumn(f"{key}_error", errors)]
+        columns.append(ShownColumn(f"{label}, {unit}", cells, shown="text"))
     note = (
         "With standard errors, by held-out residuals; –: not identifiable. Drive inertia is only partly "
         "separable from the links'."
@@ -336,20 +344,17 @@ def _changed_table(identification: Identification) -> Table:
     )[:_MOST_CHANGED]
     columns = (
         Column("symbol", "parameter", [parameter.symbol for parameter in order], shown="text"),
-        Column(
-            "",
+        ShownColumn(
             "link",
             [identification.stated_arm.links[parameter.link - 1].name for parameter in order],
             shown="name",
         ),
-        Column(
-            "",
+        ShownColumn(
             identification.start,
             [f"{number(parameter.file)} {parameter.unit}" for parameter in order],
             shown="text",
         ),
-        Column(
-            "",
+        ShownColumn(
             "identified",
             [f"{with_error(parameter.value, parameter.error, 1)} {parameter.unit}" for parameter in order],
             shown="text",
@@ -367,7 +372,7 @@ def _parameter_table(identification: Identification) -> Table:
     rows = identification.parameters
     columns = (
         Column("symbol", "parameter", [parameter.symbol for parameter in rows], shown="text"),
-        Column("link", "", [parameter.link for parameter in rows]),
+        ValueColumn("link", [parameter.link for parameter in rows]),
         Column("unit", "unit", [parameter.unit for parameter in rows], shown="text"),
         Column(identification.start, identification.start, [parameter.file for parameter in rows]),
         Column("least_squares", "least squares", [parameter.least_squares for parameter in rows]),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,20 @@ from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.result import Column, Fact, Result, Table, joint_columns
+from gd_analyze.progress import NO_PROGRESS, Progress
+from gd_analyze.result import (
+    AnyColumn,
+    AnyFact,
+    Column,
+    Fact,
+    Result,
+    Shown,
+    Table,
+    Value,
+    ValueColumn,
+    joint_columns,
+    value_text,
+)
 from gd_analyze.simplification.accuracy import STATED, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import LARGEST, rounded_up, share_up
@@ -34,13 +47,13 @@ def proof(
     *,
     margin: Margin | str | None = None,
     effort: int = bounds.POSITIONS_PER_JOINT,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
 
-    For a model with a symmetric D its smallest eigenvalue is bounded as well. `progress` is as for
-    `certify`, which is called twice with a motion.
+    For a model with a symmetric D its smallest eigenvalue is bounded as well.
     """
+    progress.stage("certifying")
     harmonics = harmonics_of(model.arm)
     region = Box.of(model.arm) if motion is None else Tube.along(model.arm, motion, margin)
     certificate = certify(model, region, effort=effort, harmonics=harmonics, progress=progress)
@@ -72,15 +85,15 @@ def proof(
         subtitle=f"within {certificate.where}",
         headline=f"Torque error at most {bound} (joint {worst + 1}) within {within}",
         facts=(
-            Fact("arm", "", arm.name),
-            Fact("level", "", model.level.name),
+            Value("arm", arm.name),
+            Value("level", model.level.name),
             Fact("budget", "Budget", accuracy.budget),
-            Fact("allowed_and_largest_error", "", "measured" if accuracy.measured else STATED),
-            Fact("from", "", region.where),
-            Fact("box", "", limits),
-            Fact("tube", "", _tube(certificate)),
+            Value("allowed_and_largest_error", "measured" if accuracy.measured else STATED),
+            Value("from", region.where),
+            Value("box", limits),
+            Value("tube", _tube(certificate)),
             *_definite(model, certificate, definiteness),
-            Fact("effort", "", effort),
+            Value("effort", effort),
         ),
         parts=(_joints(model, certificate, extremes, largest, "stated" if elsewhere else "sampled"),),
         notices=tuple(filter(None, notices)),
@@ -88,7 +101,7 @@ def proof(
 
 
 def proven_again(
-    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Callable[[int], None] | None = None
+    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Progress = NO_PROGRESS
 ) -> tuple[Result, bool]:
     """Prove a model's certificate again, along the motion it names; also return whether every bound holds.
 
@@ -122,9 +135,9 @@ def proven_again(
         Column("holds", "holds", holds.tolist()),
     )
     facts = (
-        Fact("arm", "", model.arm.name),
-        Fact("holds", "", bool(holds.all())),
-        Fact("effort", "", stated.effort),
+        Value("arm", model.arm.name),
+        Value("holds", bool(holds.all())),
+        Value("effort", stated.effort),
     )
     title = f"{model.arm.title or model.arm.name}: the model's certificate, proven again"
     subtitle = f"within {stated.where}"
@@ -148,7 +161,9 @@ def _joints(
     of_peak = share_of(certified, accuracy.errors.peak_torque)
     states = [dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)]
     between, note = [], "Found: largest error of a search over the box."
+    found: AnyColumn = Column("worst_found", "found", certificate.worst_found, units)
     if extremes is not None:
+        found = ValueColumn("worst_found", certificate.worst_found)
         between = [Column("certified_between_extremes", "extremes", extremes.certified, units, "bound")]
         note = "Extremes: proven for all combinations of values between the motion's extremes."
     return Table(
@@ -157,17 +172,17 @@ def _joints(
         (
             *joint_columns(joints),
             Column("largest_error", sampled, accuracy.errors.largest, units),
-            Column("worst_found", "" if extremes else "found", certificate.worst_found, units),
+            found,
             Column("certified", "proven", certified, units, "bound"),
             *between,
             Column("allowed_error", "allowed", allowed, units),
             Column("certified_of_allowed", "of allowed", share_of(certified, allowed), shown="bound_percent"),
-            Column("within_allowed", "", certificate.within(allowed)),
-            Column("worst_state", "", states),
-            Column("largest_torque_found", "", largest),
-            Column("certified_share_of_largest_found", "", share_of(certified, largest)),
-            Column("certified_share_of_peak_made_for", "", of_peak),
-            Column("ratio", "", certificate.ratio),
+            ValueColumn("within_allowed", certificate.within(allowed)),
+            ValueColumn("worst_state", states),
+            ValueColumn("largest_torque_found", largest),
+            ValueColumn("certified_share_of_largest_found", share_of(certified, largest)),
+            ValueColumn("certified_share_of_peak_made_for", of_peak),
+            ValueColumn("ratio", certificate.ratio),
         ),
         f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
     )
@@ -186,12 +201,14 @@ def _tube(certificate: Certificate) -> Mapping[str, Any] | None:
     }
 
 
-def _definite(model: SimplifiedModel, certificate: Certificate, definite: Definiteness | None) -> list[Fact]:
+def _definite(
+    model: SimplifiedModel, certificate: Certificate, definite: Definiteness | None
+) -> list[AnyFact]:
     """The verdicts: joints within the budget, and D."""
     within = certificate.within(model.accuracy.allowed)
-    facts = [
-        Fact("positive_definite", "", None),
-        Fact("", "Joints proven within the budget", f"{within.sum()} of {len(within)}"),
+    facts: list[AnyFact] = [
+        Value("positive_definite", None),
+        Shown("Joints proven within the budget", f"{within.sum()} of {len(within)}"),
     ]
     if definite is None:
         return facts
@@ -202,7 +219,7 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
         "smallest_eigenvalue_found": definite.smallest_found,
         "position": definite.position,
     }
-    facts[0] = Fact("positive_definite", "", values)
+    facts[0] = Value("positive_definite", values)
     if definite.is_proven:
         verdict = "positive definite at all these positions"
     elif definite.is_singular:
@@ -215,7 +232,7 @@ def _definite(model: SimplifiedModel, certificate: Certificate, definite: Defini
     place = "at q = " + ", ".join(f"{q:.4g}" for q in definite.position)
     return [
         *facts,
-        Fact("", "Mass matrix D", verdict),
-        Fact("", "Smallest eigenvalue of D, proven", -rounded_up(-definite.proven, 4), unit),
-        Fact("", "Smallest eigenvalue of D, found", definite.smallest_found, unit, note=place),
+        Shown("Mass matrix D", verdict),
+        Shown("Smallest eigenvalue of D, proven", value_text(-rounded_up(-definite.proven, 4), unit)),
+        Shown("Smallest eigenvalue of D, found", value_text(definite.smallest_found, unit), place),
     ]

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.report.document import Document, document_of
+from gd_analyze.progress import NO_PROGRESS, Progress
+from gd_analyze.report.document import Document, result_document
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of
@@ -41,9 +42,10 @@ class StudyFolder:
         self._stale = require_one_run(folder, files, formats, mark_of(inputs), overwrite=overwrite)
         self.paths = {format_: folder / files[format_] for format_ in formats}
 
-    def write(self, result: Result) -> None:
+    def write(self, result: Result, progress: Progress) -> None:
         """Write all files once the last is made, and remove those of another run."""
-        document = document_of(result)
+        progress.stage(f"writing {', '.join(self.paths)}")
+        document = result_document(result)
         contents = [_WRITERS[format_](document) for format_ in self.paths]
         with replacing_together([*self.paths.values()]) as temporaries:
             for temporary, content in zip(temporaries, contents, strict=True):
@@ -53,13 +55,18 @@ class StudyFolder:
 
 
 def write_findings(
-    findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+    findings: Findings,
+    folder: Path,
+    formats: Collection[str],
+    strangers: Collection[Path] = (),
+    progress: Progress = NO_PROGRESS,
 ) -> None:
     """Write the chosen files together, once the last is made, and remove `strangers`, files of another run.
 
     The PDF is typeset in parallel, as that leaves the interpreter free. The file from which the others can be
     rebuilt is put in place first.
     """
+    progress.stage(f"writing {', '.join(formats)}")
     is_long = findings.trajectory.whole is not None
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]

@@ -15,7 +15,7 @@ import numpy as np
 
 from gd_analyze.dynamics.methods import METHODS, known_method
 from gd_analyze.errors import UsageError
-from gd_analyze.result import Equations, Fact, Result, Section
+from gd_analyze.result import Equations, Result, Section, Value
 from gd_analyze.robots.parts import Joint
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def symbolic_result(robot: str) -> Result:
         equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in labelled_entries))
         note = "As in FGL87." if is_text else "NOT as in FGL87."
         sections.append(Section("", "; ".join(titles), (equations,), note=note))
-    facts = (Fact("text", "", text.entries()), Fact("methods", "", methods))
+    facts = (Value("text", text.entries()), Value("methods", methods))
     subtitle = "in symbols, by every formulation"
     return Result("Two-link planar arm", subtitle, facts=facts, parts=tuple(sections))
 

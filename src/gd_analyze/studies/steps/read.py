@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,9 @@ from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.measured import require_torques
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import Progress
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
@@ -53,13 +56,17 @@ class RunInputs:
 
 
 def read_step(
-    arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Settings, command: str
+    arm: RobotArm | str | Path,
+    trajectory: GivenMotions,
+    settings: Settings,
+    command: str,
+    progress: Progress,
 ) -> RunInputs:
     """Read the inputs, and refuse those that do not fit together."""
     arm = arm_with_masses(arm)
     if isinstance(settings.uncertainty, StatedUncertainty):
         arm = with_uncertainty(arm, settings.uncertainty)
-    motion = trajectory_of(trajectory, arm)
+    motion = trajectory_of(trajectory, arm, partial(read_trajectory, progress=progress))
     if settings.fit_friction:
         require_torques(motion)
     no_torque = np.zeros(arm.n_joints)
