@@ -19,7 +19,7 @@ from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
 from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
-from gd_analyze.results.run_result import stop_rows
+from gd_analyze.results.run_result import notes, notices, stop_rows
 from gd_analyze.simplification.torque_program import ROUGH, torque_program
 from gd_analyze.text import number
 from gd_analyze.types import Findings
@@ -123,6 +123,15 @@ def test_two_notices_stand_before_the_answer(puma_findings: Findings) -> None:
     report = main_report(warned).content
     assert len(report["notices"]) == 2
     assert {"one", "two", "three"} <= {*report["notices"], *report["notes"]}
+
+
+def test_every_notice_and_note_stands_in_the_report(puma_findings: Findings) -> None:
+    """However few of them stand before the answer."""
+    for warnings in ((), ("one",), ("one", "two", "three")):
+        warned = dataclasses.replace(puma_findings, warnings=warnings)
+        report = main_report(warned).content
+        assert [*report["notices"], *report["notes"]] == [*warnings, *notices(warned), *notes(warned)]
+        assert {*notes(warned)} <= {*report["notes"]}
 
 
 def test_named_budgets_are_stops_of_the_slider(puma_findings: Findings) -> None:

@@ -105,7 +105,7 @@ def _opening(findings: Findings) -> Result:
         headline=run_headline(findings),
         facts=first_facts(findings),
         notices=all_notices[:n_first],
-        notes=all_notices[_NOTICES_BEFORE_ANSWER:],
+        notes=all_notices[n_first:],
         provenance=dict(provenance_lines(findings)),
     )
 
