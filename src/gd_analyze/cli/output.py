@@ -58,9 +58,10 @@ class Output:
             # In ASCII and without the NaN and Infinity that JSON does not know.
             click.echo(json.dumps(result.document() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
+            from gd_analyze.report.document import result_document
             from gd_analyze.report.terminal import text_of, wrapped
 
-            text = text_of(result, width(), functools.partial(click.style, bold=True))
+            text = text_of(result_document(result), width(), functools.partial(click.style, bold=True))
             click.echo(text, nl=False, color=colour())
             if folder is not None and written:
                 # A folder's name is not broken between its words.

@@ -106,6 +106,7 @@ class _MovingProgress(Progress):
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Show the verdict lists above; the result repeats them for the model's own budget."""
+        from gd_analyze.report.document import result_document
         from gd_analyze.report.terminal import text_of
         from gd_analyze.result import Result
         from gd_analyze.results.run_result import verdict_section
@@ -113,7 +114,7 @@ class _MovingProgress(Progress):
         self._warned.tell()
         section = verdict_section(ranking)
         lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
-        self._display.text_above = text_of(lists, _terminal_width())
+        self._display.text_above = text_of(result_document(lists), _terminal_width())
 
 
 @contextmanager

@@ -12,10 +12,10 @@ from pathlib import Path
 from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run, write_together
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.progress import NO_PROGRESS, Progress
+from gd_analyze.report.document import Document, result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
-from gd_analyze.report.pdf import pdf_of, prepare_pdf
+from gd_analyze.report.pdf import pdf_of
 from gd_analyze.result import Result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import frame_of
@@ -24,10 +24,12 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
 
-_WRITERS: Mapping[str, Callable[[Result], bytes]] = {
-    "html": lambda result: page_of(result).encode(),
-    "pdf": lambda result: pdf_of(result, result.provenance["created"]),
-    "json": lambda result: (json.dumps(result.document(), indent=2, allow_nan=False) + "\n").encode(),
+_WRITERS: Mapping[str, Callable[[Document], bytes]] = {
+    "html": lambda document: page_of(document).encode(),
+    "pdf": pdf_of,
+    "json": lambda document: (
+        json.dumps(document.content["values"], indent=2, allow_nan=False) + "\n"
+    ).encode(),
 }
 
 
@@ -63,7 +65,8 @@ class StudyFolder:
             return
         progress.stage(f"writing {', '.join(self._paths)}")
         marked = replace(result, provenance={**result.provenance, "run": self._mark})
-        write_together({path: _WRITERS[format_](marked) for format_, path in self._paths.items()})
+        document = result_document(marked)
+        write_together({path: _WRITERS[format_](document) for format_, path in self._paths.items()})
         for path in self._stale:
             path.unlink(missing_ok=True)
 
@@ -87,11 +90,12 @@ def write_findings(
     with ThreadPoolExecutor(max_workers=1) as executor, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        typeset = prepare_pdf(findings, report) if "pdf" in places else None
         # For a long motion memory is scarcer than time.
-        pdf = None if typeset is None or is_long else executor.submit(typeset)
-        if "html" in places:
-            places["html"].write_bytes(render_html(findings, report).encode())
+        pdf = None
+        if report is not None and "pdf" in places and not is_long:
+            pdf = executor.submit(pdf_of, report)
+        if report is not None and "html" in places:
+            places["html"].write_bytes(page_of(report).encode())
         if "csv" in places:
             ranking = frame_of(findings.dominance, "element")
             if "motions" in findings.tables:  # verdict and torque share along each: "verdict_MOTION"
@@ -104,8 +108,8 @@ def write_findings(
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
             write_results(findings, places["h5"])
-        if typeset is not None:
-            places["pdf"].write_bytes(typeset() if pdf is None else pdf.result())
+        if report is not None and "pdf" in places:
+            places["pdf"].write_bytes(pdf_of(report) if pdf is None else pdf.result())
     for path in strangers:
         path.unlink(missing_ok=True)
 
