@@ -1,4 +1,4 @@
-"""Arguments of public calls that are one of a few values: True or False, or one of some words."""
+"""Arguments of public calls: True or False, what shows progress, and one of some words."""
 
 from __future__ import annotations
 
@@ -12,30 +12,32 @@ from typing import ParamSpec, TypeVar
 import numpy as np
 
 from gd_analyze.errors import UsageError, require_type
+from gd_analyze.progress import Progress
 from gd_analyze.text import in_python
 
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
 # What an annotation allows, and says in words.
-_FLAGS = {
+_CHECKED = {
     "bool": ((bool, np.bool_), "True or False"),
     "bool | None": ((bool, np.bool_, NoneType), "True, False or None"),
+    "Progress": ((Progress,), "an object of a class derived from `gd_analyze.types.Progress`"),
 }
 
 
 def require_flags(values: Mapping[str, object], kinds: Mapping[str, str]) -> None:
-    """Raise a UsageError for a value that is not True or False although its annotation says so.
+    """Raise a UsageError for a value that is not what its annotation says: True or False, or a `Progress`.
 
     The text "no" is true.
     """
     for name, kind in kinds.items():
-        if kind in _FLAGS and name in values:
-            types, expected = _FLAGS[kind]
+        if kind in _CHECKED and name in values:
+            types, expected = _CHECKED[kind]
             require_type(values[name], types, name, expected)
 
 
 def strict(function: Callable[Parameters, Answer]) -> Callable[Parameters, Answer]:
-    """Check a public function's arguments that are True or False whenever it is called."""
+    """Check a public function's flags and its progress whenever it is called."""
     kinds = {name: str(parameter.annotation) for name, parameter in signature(function).parameters.items()}
 
     @wraps(function)

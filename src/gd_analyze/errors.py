@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,6 +18,10 @@ from gd_analyze.text import in_python, shortened, visible
 _OURS = (str(Path(__file__).parent), contextlib.__file__)
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
 _LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
+
+# Names of arguments: what a message is about, and what it says to give, as `name` or name=True.
+_IN_TEXT = re.compile(r"`(\w+)`|\b(\w+)=True\b")
+_ARGUMENTS = {"where": re.compile(r"^(\w+)(?=$|[,\[]| \d)"), "expected": _IN_TEXT, "next": _IN_TEXT}
 
 
 @dataclass(frozen=True)
@@ -69,16 +74,27 @@ class GdAnalyzeError(Exception):
             for label, value in zip(_LONGEST, (None, where, expected, found, next_step), strict=True)
             if value is not None
         }
-        super().__init__("\n".join(self._lines()))
+        super().__init__("\n".join(_lines(self.what, self.details)))
 
-    def _lines(self) -> Iterator[str]:
-        """One to three lines: place and what was found there; what was expected; what to do next."""
-        place, found = (self.details.get(label, "") for label in ("where", "found"))
-        is_new = place and f" {place} " not in f" {self.what} "
-        yield (f"{place}: " if is_new else "") + self.what + (f"; found: {found}" if found else "")
-        yield from (
-            f"  {label}: {self.details[label]}" for label in ("expected", "next") if label in self.details
-        )
+    def with_options(self, options: Mapping[str, str]) -> str:
+        """The message, with options in place of the arguments of these names."""
+
+        def option(match: re.Match[str]) -> str:
+            return options.get(match[match.lastindex or 0], match[0])
+
+        details = {
+            label: _ARGUMENTS[label].sub(option, text) if label in _ARGUMENTS else text
+            for label, text in self.details.items()
+        }
+        return "\n".join(_lines(self.what, details))
+
+
+def _lines(what: str, details: Mapping[str, str]) -> Iterator[str]:
+    """One to three lines: place and what was found there; what was expected; what to do next."""
+    place, found = (details.get(label, "") for label in ("where", "found"))
+    is_new = place and f" {place} " not in f" {what} "
+    yield (f"{place}: " if is_new else "") + what + (f"; found: {found}" if found else "")
+    yield from (f"  {label}: {details[label]}" for label in ("expected", "next") if label in details)
 
 
 def _line(label: str, value: Location | str | Sequence[str]) -> str:

@@ -99,6 +99,13 @@ def replacing_together(paths: Sequence[Path]) -> Iterator[tuple[Path, ...]]:
                 place.rmdir()
 
 
+def write_together(contents: Mapping[Path, bytes]) -> None:
+    """Write files of one folder, all or none, see `replacing_together`."""
+    with replacing_together([*contents]) as temporaries:
+        for temporary, content in zip(temporaries, contents.values(), strict=True):
+            temporary.write_bytes(content)
+
+
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
     """Yield a folder in the system's place for temporary files, removed at the end; or by another process."""

@@ -19,6 +19,7 @@ from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.reading import Reading, Treatment
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.states import States
+from gd_analyze.progress import Progress
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement
@@ -54,6 +55,7 @@ __all__ = [
     "LogVerdict",
     "Margin",
     "Placement",
+    "Progress",
     "Reading",
     "Recording",
     "RobotArm",

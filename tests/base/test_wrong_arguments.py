@@ -197,6 +197,20 @@ def test_flags_of_every_kind_are_tried():
     assert gd.types.Settings(at_set_points=np.True_).at_set_points
 
 
+@pytest.mark.parametrize(
+    "name", [name for name in CALLS if "progress" in inspect.signature(function_named(name)).parameters]
+)
+def test_a_function_is_no_progress(name, right):
+    values = [(right | {"path": "two-link-swing"})[argument] for argument in CALLS[name].split()]
+    for wrong in (print, None):
+        with pytest.raises(gd.GdAnalyzeError) as caught:
+            function_named(name)(*values, progress=wrong)
+        assert (caught.value.details["where"], "Progress" in caught.value.details["expected"]) == (
+            "progress",
+            True,
+        )
+
+
 # Arguments that are one of some words, by function.
 WORDS = [
     ("analyze", "level"),

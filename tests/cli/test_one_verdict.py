@@ -12,6 +12,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.exporting.names import LANGUAGES
+from gd_analyze.report.document import result_document
 from gd_analyze.report.terminal import text_of
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.studies.evaluation import evaluate
@@ -88,7 +89,7 @@ def test_every_face_of_an_evaluation_has_the_one_verdict(models, two_link, case)
     assert cells == [verdict for one in found.motions for verdict in one.verdicts]
     result = evaluation_result(found)
     assert result.headline == found.in_words
-    assert "romise" not in text_of(result, 80).replace("promise)", "")
+    assert "romise" not in text_of(result_document(result), 80).replace("promise)", "")
     # What machines read.
     document = result.document()
     assert document["passed"] == passed(expected)

@@ -19,6 +19,7 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.cache import VARIABLE
+from gd_analyze.cli.app import app
 from gd_analyze.simplification.kept_program import kept_programs
 from long_cases import long
 from program import PROGRAM
@@ -325,27 +326,7 @@ def test_errors_are_wrapped_on_a_terminal_only(on_terminal, process):
     assert plain.split() == piped.split()
 
 
-VERBS = [
-    "report",
-    "arms",
-    "columns",
-    "diagnose",
-    "identify",
-    "plan",
-    "figures",
-    "simplify",
-    "rank",
-    "trade-off",
-]
-VERBS += [
-    "batch",
-    "evaluate",
-    "equations",
-    "compare",
-    "certify",
-    "export",
-    "completion",
-]
+VERBS = [name for name, command in app.commands.items() if not command.hidden]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.report.document import result_document
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import (
     Column,
@@ -67,7 +68,7 @@ def result() -> Result:
 
 
 def test_as_text(result):
-    lines = text_of(result).splitlines()
+    lines = text_of(result_document(result)).splitlines()
     assert max(map(len, lines)) <= 80
     assert "\x1b" not in "\n".join(lines)
     assert "Error  1 % (joint 2)" in lines
@@ -84,7 +85,7 @@ def test_long_cells_wrap():
         Column("largest torque", [1.5, 2.5, 3.5], "N m"),
         Column("verdict", said, "", "text"),
     )
-    lines = text_of(Result("Table", parts=(Table("t", "", columns),)), 50).splitlines()
+    lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
     (row,) = (k for k, line in enumerate(lines) if "2.5" in line)
     assert lines[row - 1].split() == ["1", "1.5", *said[0].split()]
@@ -96,7 +97,7 @@ def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
     names = ["/joint_states/shoulder_lift_joint/position", "/joint_states/elbow_joint/velocity"]
     said = ["no unit stated, and none in its name", "by name"]
     columns = (Column("column", names, "", "text"), Column("reason", said, "", "text"))
-    lines = text_of(Result("Table", parts=(Table("t", "", columns),)), 50).splitlines()
+    lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
     shown = "".join(line.split("  ")[0] for line in lines[lines.index("") + 3 :])
     assert shown == "".join(names)
@@ -105,7 +106,9 @@ def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
 def test_a_sum_in_brackets_longer_than_a_line_wraps():
     inner = " - ".join(f"0.{k}23 C2 S{k}" for k in range(9))
     formula = f"h1 = -({inner}) qd1 qd2 + (C2 + S3) qd1 qd3"
-    shown = text_of(Result("Model", parts=(Equations("equations", "Equations", (formula,)),)))
+    shown = text_of(
+        result_document(Result("Model", parts=(Equations("equations", "Equations", (formula,)),)))
+    )
     assert max(map(len, shown.splitlines())) <= 80
     assert formula in " ".join(shown.split())
 

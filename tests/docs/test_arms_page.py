@@ -48,8 +48,10 @@ def test_every_key_is_explained_and_none_is_invented(section):
         if stated[0] in '["0123456789' or stated in ("true", "false"):
             found = list(key.default) if isinstance(key.default, tuple) else key.default
             assert json.loads(stated) == found, row["key"]
-        taken = set() if key.suffix is None else {key.suffix} if key.suffix else {"_deg", "_mm"}
+        taken = {key.suffix("revolute"), key.suffix("prismatic")} - {""}
         assert {suffix for suffix in ("_deg", "_mm") if f"`{suffix}`" in row["unit"]} == taken, row["key"]
+        if key.unit:
+            assert row["unit"].partition(",")[0] == key.unit, row["key"]
 
 
 def test_the_examples_are_possible_arms(tmp_path):

@@ -16,6 +16,7 @@ from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.text import LARGEST
 from gd_analyze.types import Link, Placement
 from strategies import arms_with_states, examples, motions, random_states
+from told import Told
 
 
 @pytest.mark.parametrize("name", sorted(shipped_trajectories()))
@@ -107,10 +108,11 @@ def test_chunks_leave_no_seam(puma, count):
 def test_the_written_arithmetic_gives_the_same_numbers(case):
     arm, states = case
     every = {"by_link": True, "terms": True, "drives": bool(arm.drives)}
-    told: list[int] = []
-    ran = gd.tables.decompose_states(arm, states, **every, written=True, progress=told.append)
+    told = Told()
+    ran = gd.tables.decompose_states(arm, states, **every, written=True, progress=told)
     bounds = round_off_bounds(arm, *states.arrays)
-    assert sum(told) == states.q[..., 0].size
+    count = states.q[..., 0].size
+    assert (told.stages, sum(told.steps[0])) == ([("decomposing", count)], count)
     for name, values in gd.tables.decompose_states(arm, states, **every, written=False).items():
         # Both are correct programs.
         quantity = "inertia" if values.ndim >= 3 and "coriolis" not in name else "torque"
@@ -122,10 +124,10 @@ def test_the_written_arithmetic_gives_the_same_numbers(case):
 def test_written_blocks_leave_no_seam(puma, count):
     states = random_states(6, count, 12)
     bound = round_off_bounds(puma, *states.arrays)["torque"]
-    told: list[int] = []
-    ran = gd.tables.decompose_states(puma, states, written=True, progress=told.append)
+    told = Told()
+    ran = gd.tables.decompose_states(puma, states, written=True, progress=told)
     found = gd.tables.decompose_states(puma, states, written=False)
-    assert sum(told) == count
+    assert (told.stages, sum(told.steps[0])) == ([("decomposing", count)], count)
     for name, values in found.items():
         # Both are correct programs; torque has the largest bound.
         assert np.abs(ran[name] - values).max() <= bound, name

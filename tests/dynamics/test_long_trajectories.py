@@ -18,7 +18,8 @@ from gd_analyze.dynamics import decomposition
 from gd_analyze.dynamics.decomposition import MOST_KEPT, decompose_on_demand
 from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
-from gd_analyze.report.main_page import render_html
+from gd_analyze.report.html import page_of
+from gd_analyze.report.main_report import main_report
 from gd_analyze.results.run_result import run_headline
 from gd_analyze.studies.steps import collect, read, set_points
 from gd_analyze.studies.steps.set_points import LongMotion
@@ -158,7 +159,9 @@ def test_it_comes_back_from_its_file_and_later_damage_is_named(two_link, long_sw
     torque = read.model.torque(long_swing.q, long_swing.qd, long_swing.qdd)
     np.testing.assert_allclose(every.simplified_torque, torque, rtol=1e-13)
     assert "christoffel" not in every
-    assert render_html(dataclasses.replace(read, proof=long_findings.proof)) == render_html(long_findings)
+    assert page_of(main_report(dataclasses.replace(read, proof=long_findings.proof))) == page_of(
+        main_report(long_findings)
+    )
     gd.tables.save_results(read, path)  # over the file that is being read
     read = gd.load_findings(path)
     every = read.tables["every_set_point"]

@@ -17,7 +17,7 @@ from tree_changes import TREE_CHANGES
 
 from gd_analyze import load_arm, load_model, save_model, simplify
 from gd_analyze.operations.program import plain_program
-from gd_analyze.robots.description import arm_from_description
+from gd_analyze.robots.arm_file import arm_in
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.types import LEVELS, ExactForm, SimplifiedModel
 from made_models import exact_model, signed
@@ -53,7 +53,7 @@ def _reconciled(random: Random, document: Any) -> Any:
     """The same, but the program follows from arm and terms, if they can."""
     with suppress(Exception):  # whatever damage does to functions that are given it unchecked
         level = LEVELS[document["level"]]
-        form = ExactForm(arm_from_description(document["arm"]), document["drives"])
+        form = ExactForm(arm_in(document["arm"]), document["drives"])
         with np.errstate(all="ignore"):
             program = level.write(form, level.from_entries(form, document["terms"]), ROUGH)
         steps, outputs = plain_program(program)

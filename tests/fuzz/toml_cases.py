@@ -18,7 +18,8 @@ from tree_changes import TREE_CHANGES
 from gd_analyze import load_arm, save_arm
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.files import data_folder
-from gd_analyze.robots.description import arm_from_description, describe_in_full, fingerprint
+from gd_analyze.robots.arm_file import arm_in
+from gd_analyze.robots.description import describe, fingerprint
 from gd_analyze.tables import decompose_states, states_in_box
 from gd_analyze.types import RobotArm, States
 
@@ -59,6 +60,7 @@ com_uncertainty_mm = [2.0, 2.0, 2.0]
 inertia_uncertainty = { xx = 0.004, yy = 0.009, zz = 0.008, xz = 0.002 }
 inertia_uncertainty_about = "origin"
 as_measured = false
+without_payload = { mass = 1.5, com_mm = [0.0, 0.0, 90.0], inertia = { xx = 0.02, yy = 0.02, zz = 0.01 } }
 [[links]]
 name = "second"
 mass = 1.0
@@ -156,14 +158,14 @@ def use(arm: RobotArm) -> None:
     n, drives = arm.n_joints, bool(arm.drives)
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("ignore", GdAnalyzeWarning)  # told on reading, or of limits that are not stated
-        described = arm_from_description(describe_in_full(arm))
+        described = arm_in(describe(arm))
         path = Path(folder) / "written.toml"
         save_arm(arm, path)
         written = load_arm(path)
         drawn = states_in_box(arm, 3)
     assert fingerprint(described) == fingerprint(arm), "another arm by its description"
     assert fingerprint(written, drives) == fingerprint(arm, drives), "another arm by its TOML"
-    json.dumps(describe_in_full(arm), allow_nan=False)
+    json.dumps(describe(arm), allow_nan=False)
     if n > MOST_JOINTS:
         return
     assert all(np.isfinite(x).all() for x in drawn.arrays), "states that are not finite"

@@ -51,7 +51,7 @@ def ur_like() -> RobotArm:
         "format": "gd-analyze arm 1", "name": "ur_like", "convention": "standard",
         "joints": joints, "links": links, "gravity": [0.0, 0.0, -9.81],
     }  # fmt: skip
-    return arm_in(document, "ur_like")
+    return arm_in(document)
 
 
 def rail() -> RobotArm:
@@ -64,7 +64,7 @@ def rail() -> RobotArm:
         "joints": [slide], "links": [{"mass": 40.0, "com_mm": [0.0, 0.0, 0.0],
                                       "inertia": {"xx": 1.0, "yy": 1.0, "zz": 1.0}}],
     }  # fmt: skip
-    one = arm_in(document, "rail")
+    one = arm_in(document)
     return replace(
         one, joints=(*one.joints, *whole.joints[:3]), links=(*one.links, *whole.links[:3]), dh_table=()
     )

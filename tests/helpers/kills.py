@@ -32,10 +32,12 @@ NAMES = sorted(RESULT_FILES.values())
 
 
 def render_once(runs: list[Findings]) -> None:
-    pages = {run.provenance["run"]: study_files.render_html(run) for run in runs}
-    papers = {run.provenance["run"]: study_files.prepare_pdf(run)() for run in runs}
-    study_files.render_html = lambda run, *_: pages[run.provenance["run"]]
-    study_files.prepare_pdf = lambda run, *_: lambda: papers[run.provenance["run"]]
+    reports = {run.provenance["run"]: study_files.main_report(run) for run in runs}
+    pages = {mark: study_files.page_of(report) for mark, report in reports.items()}
+    papers = {mark: study_files.pdf_of(report) for mark, report in reports.items()}
+    study_files.main_report = lambda run: reports[run.provenance["run"]]
+    study_files.page_of = lambda report: pages[report.content["run"]]
+    study_files.pdf_of = lambda report: papers[report.content["run"]]
 
 
 def killed(work: Callable[[], None], after: float | None) -> None:

@@ -173,7 +173,7 @@ def test_the_end_effector_keeps_within_its_box(two_link, lower, upper):
 def test_a_box_out_of_reach_is_refused(two_link):
     with pytest.raises(UsageError) as refused:
         exciting_motion(two_link, DURATION, within=Workspace([5, 5, 5], [6, 6, 6]))
-    assert refused.value.details["where"] == "--within"
+    assert refused.value.details["where"] == "within"
 
 
 @pytest.mark.parametrize(

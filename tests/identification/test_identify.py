@@ -245,12 +245,13 @@ def test_uncertainty_is_that_of_the_base_parameters(puma, found, motion):
 
 
 def test_the_spread_goes_with_the_arm(found, motion, tmp_path):
-    from gd_analyze.robots.description import arm_from_description, describe
+    from gd_analyze.robots.arm_file import arm_in
+    from gd_analyze.robots.description import describe
 
     gd.save_arm(found.arm, tmp_path / "arm.toml")
     states = states_in_box(found.arm, 20)
     stated = gd.tables.torque_uncertainty(found.arm, states)
-    for again in (gd.load_arm(tmp_path / "arm.toml"), arm_from_description(describe(found.arm))):
+    for again in (gd.load_arm(tmp_path / "arm.toml"), arm_in(describe(found.arm))):
         np.testing.assert_array_equal(again.spread, found.arm.spread)
         np.testing.assert_array_equal(gd.tables.torque_uncertainty(again, states), stated)
     broken = (tmp_path / "arm.toml").read_text().replace("spread = [\n    [", "spread = [\n    [1.0, ", 1)

@@ -8,6 +8,7 @@ import pytest
 from gd_analyze import read_log
 from gd_analyze.errors import TrajectoryError
 from log_arms import UR, arm_of, log_of
+from told import Told
 
 TWO = arm_of("hip", "knee")
 TIME = np.arange(6) * 0.008
@@ -59,13 +60,14 @@ def test_blocks_are_put_together(log):
     lines = ["time [s],q1_deg,q2_deg" + "".join(f",note{k}" for k in range(300))]
     lines += [f"{k}.5,-0.1234567890123456789,0.25" + ",x" * 300 for k in range(14_000)]
     path = log("\n".join([*lines, "# here\n\n14000.5,0.5,0.25" + ",x" * 300, ""]))
-    reports: list[tuple[int, int]] = []
-    logged = read_log(path, TWO, progress=lambda done, total: reports.append((done, total)))
+    told = Told()
+    logged = read_log(path, TWO, progress=told)
     np.testing.assert_array_equal(logged.time, np.arange(14_001.0))
     np.testing.assert_allclose(np.degrees(logged.q[[0, -1], 0]), [-0.1234567890123456789, 0.5], rtol=1e-15)
     size = path.stat().st_size
-    assert reports[-1] == (size, size)
-    assert reports == sorted(reports)
+    assert told.stages == [("reading", size)]
+    assert len(told.steps[0]) > 2
+    assert sum(told.steps[0]) == size
     path.write_text(path.read_text().replace("\n14000.5,0.5", "\n14000.5,x"))
     with pytest.raises(TrajectoryError, match="line 14004, column 2"):
         read_log(path, TWO)

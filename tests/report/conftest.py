@@ -12,7 +12,8 @@ from browser import Tab, opened, started
 from few_tries import few_tries
 from gd_analyze import Trajectory, load_arm, read_trajectory
 from gd_analyze.motions.columns import ColumnUse
-from gd_analyze.report.main_page import render_html
+from gd_analyze.report.html import page_of
+from gd_analyze.report.main_report import main_report
 from gd_analyze.studies.main_job import find
 from gd_analyze.types import Budget, Findings, Log, RobotArm, Settings
 from page_reader import Page
@@ -31,7 +32,7 @@ def puma_findings() -> Findings:
 
 @pytest.fixture(scope="session")
 def source(puma_findings: Findings) -> str:
-    return render_html(puma_findings)
+    return page_of(main_report(puma_findings))
 
 
 @pytest.fixture(scope="session")

@@ -16,10 +16,10 @@ from gd_analyze.formulas.formula import CircularFunction, Power
 from gd_analyze.operations.program import program_inputs
 from gd_analyze.report.answer import element_details, shown_verdict_lists
 from gd_analyze.report.budget import BudgetPath, summands
-from gd_analyze.report.main_page import render_html
+from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
 from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
-from gd_analyze.results.run_result import stop_rows
+from gd_analyze.results.run_result import notes, notices, stop_rows
 from gd_analyze.simplification.torque_program import ROUGH, torque_program
 from gd_analyze.text import number
 from gd_analyze.types import Findings
@@ -120,14 +120,23 @@ def test_equations_by_element_are_the_model(puma_findings: Findings) -> None:
 
 def test_two_notices_stand_before_the_answer(puma_findings: Findings) -> None:
     warned = dataclasses.replace(puma_findings, warnings=("one", "two", "three"))
-    report = main_report(warned)
-    assert len(report.opening.notices) == 2
-    assert {"one", "two", "three"} <= {*report.opening.notices, *report.notes}
+    report = main_report(warned).content
+    assert len(report["notices"]) == 2
+    assert {"one", "two", "three"} <= {*report["notices"], *report["notes"]}
+
+
+def test_every_notice_and_note_stands_in_the_report(puma_findings: Findings) -> None:
+    """However few of them stand before the answer."""
+    for warnings in ((), ("one",), ("one", "two", "three")):
+        warned = dataclasses.replace(puma_findings, warnings=warnings)
+        report = main_report(warned).content
+        assert [*report["notices"], *report["notes"]] == [*warnings, *notices(warned), *notes(warned)]
+        assert {*notes(warned)} <= {*report["notes"]}
 
 
 def test_named_budgets_are_stops_of_the_slider(puma_findings: Findings) -> None:
     stops, budgets = puma_findings.tables["stops"], puma_findings.tables["budgets"]
-    page = Page(render_html(puma_findings))
+    page = Page(page_of(main_report(puma_findings)))
     buttons = [button for button in page.all("button") if "data-stop" in button]
     assert [int(button["data-stop"]) for button in buttons] == stops.position.values.tolist()
     assert [button["aria-pressed"] for button in buttons].count("true") == 1
@@ -152,7 +161,7 @@ def test_a_budget_that_was_not_searched_says_why(puma_findings: Findings) -> Non
     stops.terms[1:], stops.position[1:], stops.proven_share[1:] = -1, -1, np.nan
     stops.terms_beyond[1], stops.terms_beyond[2] = 481, -1
     shown = dataclasses.replace(puma_findings, tables={**puma_findings.tables, "stops": stops})
-    page = Page(render_html(shown))
+    page = Page(page_of(main_report(shown)))
     buttons = [button for button in page.all("button") if "data-stop" in button]
     assert ["disabled" in button for button in buttons] == [False, True, True]
     words = " ".join(page.text.split())
@@ -177,7 +186,7 @@ def test_h_and_gamma_are_explained_before_the_equations(puma_findings: Findings)
     gamma = model.accuracy.gamma
     assert gamma is not None
     assert gamma < 1.0
-    words = " ".join(Page(render_html(puma_findings)).text.split())
+    words = " ".join(Page(page_of(main_report(puma_findings))).text.split())
     places = [words.index(said) for said in (H_NOTE, f"Gamma {number(gamma)} =", "those not listed are zero")]
     assert places == sorted(places)
     unfit = dataclasses.replace(model, accuracy=dataclasses.replace(model.accuracy, gamma=1.5))

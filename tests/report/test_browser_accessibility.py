@@ -10,8 +10,9 @@ import pytest
 
 from browser import NARROW, WIDE, Tab, opened
 from gd_analyze import load_arm
+from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_page import render_html
+from gd_analyze.report.main_report import main_report
 from gd_analyze.studies.comparison import comparison
 from gd_analyze.types import Findings
 from long_cases import long
@@ -38,7 +39,7 @@ def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) ->
 
 def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "comparison.html"
-    path.write_text(page_of(comparison(load_arm("two_link"))), encoding="utf-8")
+    path.write_text(page_of(result_document(comparison(load_arm("two_link")))), encoding="utf-8")
     with opened(browser, path, color_scheme="dark") as tab:
         tab.unfold()
         assert violations(tab) == []
@@ -47,7 +48,7 @@ def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path) -> None
 @pytest.mark.slow
 def test_no_rule_is_broken_by_several_motions(browser: Any, tmp_path: Path, two_motions: Findings) -> None:
     path = tmp_path / "report.html"
-    path.write_text(render_html(two_motions), encoding="utf-8")
+    path.write_text(page_of(main_report(two_motions)), encoding="utf-8")
     with opened(browser, path, NARROW) as tab:
         tab.unfold()
         assert violations(tab) == []

@@ -12,7 +12,8 @@ import pytest
 import gd_analyze as gd
 from browser import NARROW, Tab, opened
 from gd_analyze.report.budget import BudgetPath, summands
-from gd_analyze.report.main_page import render_html
+from gd_analyze.report.html import page_of
+from gd_analyze.report.main_report import main_report
 from gd_analyze.results.rows import budget_rows
 from gd_analyze.types import Findings
 
@@ -131,7 +132,7 @@ def test_it_stays_in_sight_over_the_equations(browser: Any, file: Path) -> None:
 
 def test_shares_of_what_is_allowed_follow_the_slider(browser: Any, tmp_path: Path) -> None:
     file = tmp_path / "in_torque.html"
-    file.write_text(render_html(gd.analyze("two_link", "two-link-swing", budget="2")), "utf-8")
+    file.write_text(page_of(main_report(gd.analyze("two_link", "two-link-swing", budget="2"))), "utf-8")
     with opened(browser, file) as tab:
         for place in (0, 10, 20):
             tab.drag_budget(place)

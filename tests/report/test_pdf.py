@@ -12,8 +12,9 @@ from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.report import pdf
 from gd_analyze.report.answer import shown_verdict_lists
+from gd_analyze.report.document import result_document
 from gd_analyze.report.main_report import main_report
-from gd_analyze.report.pdf import pdf_of, prepare_pdf, typeset
+from gd_analyze.report.pdf import pdf_of, typeset
 from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.model_facts import H_NOTE
@@ -27,14 +28,14 @@ NOW = "2024-05-01T00:00:00+00:00"
 
 @pytest.fixture(scope="module")
 def puma_pdf(puma_findings: Findings) -> bytes:
-    return prepare_pdf(puma_findings)()
+    return pdf_of(main_report(puma_findings))
 
 
 def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
     words = " ".join(read(puma_pdf, tmp_path, "-l", "1").split())
-    opening = main_report(puma_findings).opening
-    labels = (fact.label for fact in opening.facts)
-    for said in (opening.title, opening.headline, *labels):
+    opening = main_report(puma_findings).content
+    labels = (fact["label"] for fact in opening["facts"])
+    for said in (opening["title"], opening["headline"], *labels):
         # Exponents are raised, and are lines of their own for the reader.
         assert said.partition("^")[0] in words
     for joint in puma_findings.arm.joints:
@@ -88,7 +89,7 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
     arm = dataclasses.replace(
         findings.arm, joints=(joint, findings.arm.joints[1]), sources=("#eval(x) <b>_",)
     )
-    words = " ".join(read(prepare_pdf(dataclasses.replace(findings, arm=arm))(), tmp_path).split())
+    words = " ".join(read(pdf_of(main_report(dataclasses.replace(findings, arm=arm))), tmp_path).split())
     for said in (HOSTILE, "#panic() $a_", "#eval(x) <b>_"):
         assert said in words
 
@@ -96,27 +97,28 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["recorded", "measured_findings", "two_motions"])
 def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     findings = request.getfixturevalue(name)
-    words = " ".join(read(prepare_pdf(findings)(), tmp_path).split()).replace("’", "'")
+    words = " ".join(read(pdf_of(main_report(findings)), tmp_path).split()).replace("’", "'")
     for section in sections(findings):
         assert section.title in words
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])
 def test_every_level_is_typeset(level: str, by_level: dict[str, Findings], tmp_path: Path) -> None:
-    words = " ".join(read(prepare_pdf(by_level[level])(), tmp_path).split()).replace("’", "'")
+    words = " ".join(read(pdf_of(main_report(by_level[level])), tmp_path).split()).replace("’", "'")
     assert ("By [FGL87]'s own method" in words) == (level != "element")
     assert ("follow from Lagrange" in words) == (level == "energy")
 
 
 def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "broken.typ").write_text("#sys.inputs.nowhere")
-    monkeypatch.setattr(pdf, "TEMPLATES", tmp_path)
+    monkeypatch.setattr(pdf, "_TEMPLATES", tmp_path)
     with pytest.raises(GdAnalyzeError, match=r"broken\.typ[\s\S]*nowhere"):
         typeset("broken.typ", {}, {}, NOW)
 
 
 def test_any_result_can_be_typeset(tmp_path: Path) -> None:
     table = Table("t", "Things", (Column("torque", [1.5, None], "N m"),), values={"y": [1, 2]})
-    words = read(pdf_of(Result("Title", headline="Said.", parts=(table,)), NOW), tmp_path)
+    result = Result("Title", headline="Said.", parts=(table,), provenance={"created": NOW})
+    words = read(pdf_of(result_document(result)), tmp_path)
     assert "Things" in words
     assert "1.5" in words

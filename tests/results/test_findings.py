@@ -19,7 +19,7 @@ from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies.main_job import find
 from gd_analyze.studies.settings import default_folder
 from gd_analyze.tables import with_payload
-from gd_analyze.types import Settings
+from gd_analyze.types import Progress, Settings
 from recordings import with_torques
 from strategies import names_in
 
@@ -183,17 +183,14 @@ def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):
     assert run_result(swing_findings).document()["proven_error"] == 0.0
 
 
-class Told:
+class Events(Progress):
     """Notes stages and warnings in the order in which the main job tells them."""
 
     def __init__(self) -> None:
         self.events: list[str] = []
 
-    def __call__(self, label: str, total: int | None = None) -> None:
+    def stage(self, label: str, total: int | None = None) -> None:
         self.events.append(label)
-
-    def advance(self, steps: int) -> None:
-        pass
 
     def ranked(self, ranking: object, budget: str) -> None:
         self.events.append("ranked")
@@ -202,7 +199,7 @@ class Told:
 def test_warnings_are_told_when_their_step_ends(two_link, swing) -> None:
     """That log and file do not agree is told before models are searched."""
     torque = gd.decompose(two_link, swing).torque.values
-    told = Told()
+    told = Events()
     with warnings.catch_warnings(action="always"):
         warnings.showwarning = lambda message, *_, **__: told.events.append(str(message))
         found = find(two_link, with_torques(swing, -torque), Settings(level="element"), progress=told)

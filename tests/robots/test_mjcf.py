@@ -33,7 +33,7 @@ def written(tmp_path):
 def test_it_has_the_torques_of_pinocchio(written):
     path = written(mjcf(two('axis="1 0 0"')))
     arm = gd.load_arm(path)
-    assert (arm.name, arm.convention) == ("bench", "placements from MJCF")
+    assert (arm.name, arm.convention) == ("bench", "placement")
     assert [(joint.name, joint.source.line) for joint in arm.joints] == [("shoulder", 5), ("elbow", 7)]
     drive = arm.drives[0]
     assert (drive.inertia, drive.viscous, drive.coulomb, drive.gear_ratio) == (0.1, 0.5, (0.2, -0.2), 1.0)

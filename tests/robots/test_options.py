@@ -216,6 +216,7 @@ def accelerations(arm) -> list[float | None]:
         (["3, 360deg"], [3.0, 2 * math.pi]),
         ("all=2", [2.0, 2.0]),
         ({"elbow": 6.0}, [None, 6.0]),
+        ("2=1", [None, 1.0]),
         ((), [None, None]),
     ],
 )

@@ -74,15 +74,15 @@ REFUSED = ("", "%", "one", "-1%", "nan", "1e999", "1% 2%", "1 kg", "1%,", "1% or
 def test_what_is_refused(text):
     with pytest.raises(UsageError) as caught:
         Budget.parse(text)
-    assert caught.value.details["where"] == f"--budget, entry {text.count(',') + 1}"
+    assert caught.value.details["where"] == f"budget, entry {text.count(',') + 1}"
     assert "next" in caught.value.details
 
 
 @pytest.mark.parametrize("text", ["norm", "1% norm", "1% of the norm at 95% of states", "1% NORM, 2%"])
 def test_a_share_of_the_norm_is_not_a_budget(text):
     with pytest.raises(UsageError) as caught:
-        Budget.parse(text, "--fail-over")
-    assert caught.value.details["where"] == "--fail-over"
+        Budget.parse(text, "fail_over")
+    assert caught.value.details["where"] == "fail_over"
     assert "norms" in caught.value.details["next"]
 
 
@@ -116,7 +116,7 @@ def test_what_an_arm_does_not_state_cannot_be_shared(puma, whole, key):
     by, entry = ReferenceTorques(replace(puma, drives=tuple(drives)), PEAK), f"1% or 10% {whole}"
     with pytest.raises(UsageError, match=f"cannot be a share of {whole}") as caught:
         Budget.parse(entry).allowed(by)
-    assert caught.value.details["where"] == "--budget, joint 3, elbow, of puma560"
+    assert caught.value.details["where"] == "budget, joint 3, elbow, of puma560"
     assert f"`{key}`" in caught.value.details["expected"]
     allowed = Budget.parse(",".join([entry, entry, "1%", entry, entry, entry])).allowed(by)
     assert allowed[2] == 0.01 * PEAK[2]

@@ -23,6 +23,7 @@ from gd_analyze.studies import batch as module
 from gd_analyze.studies import batch_rows, many
 from gd_analyze.studies.batch import RECORD
 from killed_batches import killed
+from told import Told
 
 ROWS = [
     {"arm": "two_link", "trajectory": "two-link-swing", "budget": f"{k}%", "at_set_points": "yes"}
@@ -60,15 +61,14 @@ def test_processes_give_the_same_table_in_any_order(tmp_path):
 
 
 def test_it_goes_on_where_it_stopped(tmp_path, monkeypatch):
-    ends = []
-
-    def stop(done: int) -> None:
-        ends.append(done)
-        if len(ends) == 2:
-            raise KeyboardInterrupt
+    class Stopping(Told):
+        def advance(self, steps: int = 1) -> None:
+            super().advance(steps)
+            if sum(self.steps[-1]) == 2:
+                raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        batch([*ROWS, BAD], tmp_path, progress=stop)
+        batch([*ROWS, BAD], tmp_path, progress=Stopping())
     assert not (tmp_path / "batch.csv").exists()
     record = tmp_path / RECORD
     assert len(record.read_text().splitlines()) == 2
@@ -398,12 +398,13 @@ def test_a_cluster_that_loses_a_worker_gives_the_table_of_one_process(tmp_path):
     with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as client:
         workers = client.run(os.getpid)
 
-        def kill(_: int) -> None:
-            if not lost:
-                lost.append(next(iter(workers.values())))
-                os.kill(lost[0], signal.SIGKILL)
+        class Killing(gd.types.Progress):
+            def advance(self, steps: int = 1) -> None:
+                if not lost:
+                    lost.append(next(iter(workers.values())))
+                    os.kill(lost[0], signal.SIGKILL)
 
-        shared = batch(rows, tmp_path / "shared", scheduler=cluster.scheduler_address, progress=kill)
+        shared = batch(rows, tmp_path / "shared", scheduler=cluster.scheduler_address, progress=Killing())
         assert lost[0] not in client.run(os.getpid).values()
     pd.testing.assert_frame_equal(shared, alone)
 

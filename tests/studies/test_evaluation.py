@@ -131,10 +131,10 @@ def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(
 @pytest.mark.parametrize(
     ("fail_over", "says", "where"),
     [
-        ("1% frction", "not understood", "--fail-over, entry 1"),
-        ("1%,1%,1%", "wrong number of entries", "--fail-over"),
-        ("1% norm", "not to the norm of all", "--fail-over"),
-        ("10% friction", "the arm states none", "--fail-over, joint 1, shoulder, of two_link"),
+        ("1% frction", "not understood", "fail_over, entry 1"),
+        ("1%,1%,1%", "wrong number of entries", "fail_over"),
+        ("1% norm", "not to the norm of all", "fail_over"),
+        ("10% friction", "the arm states none", "fail_over, joint 1, shoulder, of two_link"),
         (0.01, "this is not a budget", "budget"),
     ],
 )
@@ -214,7 +214,7 @@ def test_a_motion_of_which_the_model_states_nothing_is_not_judged(two_link, roug
     counts = ElementTree.fromstring(junit_xml(strict)).attrib
     assert (counts["failures"], counts["skipped"]) == ("2", "0")
     assert evaluate(rough, SLOW, strict=True).passed
-    with pytest.raises(UsageError, match="needs a verdict"):
+    with pytest.raises(UsageError, match="no verdict to be strict about"):
         evaluate(rough, SLOW, fail_over=None, strict=True)
 
 

@@ -23,6 +23,7 @@ from gd_analyze.errors import UsageError, require_type
 from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import checked
 from gd_analyze.simplification.accuracy import Proven
@@ -138,7 +139,7 @@ def certify(
     harmonics: Harmonics | None = None,
     limit: FloatArray | None = None,
     tighten: bool = True,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Certificate:
     """Bound a model's torque error over a box of states, or over a tube around a motion.
 
@@ -162,7 +163,7 @@ def certify(
     tighten
         With a limit, spend a twentieth of the effort on a tighter bound.
     progress
-        Called with the hundredths of a joint done since the last call.
+        Told the hundredths of joints done.
 
     Returns
     -------
@@ -182,6 +183,7 @@ def certify(
     require_type(harmonics, (Harmonics, type(None)), "harmonics", "what `harmonics_of` returns, or None")
     if limit is not None:
         limit = checked(limit, (box.n_joints,), "limit", "limit", nonnegative=True)
+    progress.stage("certifying", 100 * box.n_joints)
     harmonics = harmonics or harmonics_of(model.arm)
     expansion = expansion_of(model)
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
@@ -245,15 +247,15 @@ def _exact_rows(
     return (exact_row(harmonics, inertia, i) for i in range(model.arm.n_joints))
 
 
-def _in_hundredths(progress: Callable[[int], None] | None) -> Callable[[float], None]:
+def _in_hundredths(progress: Progress) -> Callable[[float], None]:
     """Report a joint's progress, in hundredths since the last call."""
     reported = 0
 
     def step(share: float) -> None:
         nonlocal reported
         hundredths = int(100 * share) - reported
-        if progress is not None and hundredths > 0:
-            progress(hundredths)
+        if hundredths > 0:
+            progress.advance(hundredths)
             reported += hundredths
 
     return step

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,12 +15,12 @@ from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
-from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.search import SearchOptions, TermProgress
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import (
     MOST_ROUNDS,
     USUAL,
@@ -54,8 +54,7 @@ def simplify_held(
     effort: int = POSITIONS_PER_JOINT,
     everywhere: Sequence[Check] = (),
     provenance: Mapping[str, str] | None = None,
-    progress: TermProgress = None,
-    stage: Callable[[str], object] = lambda _: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Held:
     """Simplify as far as a budget allows at every state of a box, or of a tube around a motion.
 
@@ -78,7 +77,7 @@ def simplify_held(
         Return only a proven model, or the exact one.
     effort
         Effort of every proof, see `certify`.
-    everywhere, provenance, progress, stage
+    everywhere, provenance, progress
         As for `simplify_exact`.
 
     Returns
@@ -89,24 +88,21 @@ def simplify_held(
     Raises
     ------
     UsageError
-        If not even the exact model can be certified, the tube is around other motions, or the level is
-        element.
+        If not even the exact model can be certified, the tube is around other motions, or the level has no
+        terms to choose from.
     """
-    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)
     allowed = exact.allowed(budget)
     first = exact.joined_by(*_drawn(region))
     patience = BOX_PATIENCE if isinstance(region, Box) and not certified else 0
-    stage(f"searching at level {options.level}")
+    progress.stage(f"searching at level {options.level}")
     outcomes = []
     for trial in in_worthwhile_velocities(first, allowed, options):
         check = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)
         checks: list[Check] = [at_states(trial, allowed), *everywhere, check]
-        outcome = until_it_holds(
-            trial, budget, allowed, options, checks, patience=patience, progress=progress
-        )
+        outcome = until_it_holds(trial, budget, allowed, options, checks, patience=patience)
         outcomes.append(check.held(outcome))
     short = [held for held in outcomes if len(held.model.terms) <= options.most_terms] or outcomes[:1]
     best = shortest([held.model for held in short])

@@ -11,6 +11,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli.given import GivenRobot, robot_or_none
 from gd_analyze.cli.output import Output, reporting
+from gd_analyze.cli.rules import excludes
 from gd_analyze.cli.terminal import lines
 
 if TYPE_CHECKING:
@@ -37,8 +38,9 @@ def arms(robot: GivenRobot | None, form: str | None, output: Output) -> None:
       gd-analyze arms my_robot.urdf --tip tool0 --to toml > my_arm.toml
       gd-analyze arms puma560 --to toml > my_arm.toml
     """
-    if form is not None and (robot is None or output.as_json):
-        raise click.UsageError("--to needs a ROBOT and cannot be combined with --json")
+    excludes("--to", "--json", as_it="prints a TOML file")
+    if form is not None and robot is None:
+        raise click.UsageError("--to needs a ROBOT")
     with output.working():
         answer = _catalogue() if robot is None else _toml(robot) if form else _inspection(robot)
     if isinstance(answer, str):

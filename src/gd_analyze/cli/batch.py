@@ -10,6 +10,7 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.options import FILE, NameList, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.files import RESULT_FILES
 
 
 @click.command(short_help="Run the main job for every row of a table.")
@@ -24,7 +25,7 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
 @click.option(
     "--format",
     "formats",
-    type=NameList(("none", "h5", "json", "csv", "html", "pdf"), "format"),
+    type=NameList(("none", *RESULT_FILES), "format"),
     default="json",
     metavar="LIST",
     help="Files to write for every row; json is the model.",
@@ -61,7 +62,7 @@ def batch(
       gd-analyze batch study.yaml --out study --format none --to csv,svg
       gd-analyze batch logs/ --scheduler tcp://10.0.0.1:8786
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.studies.batch import RECORD
         from gd_analyze.studies.batch_table import batch_result
 
@@ -75,8 +76,7 @@ def batch(
             to=to,
             jobs=jobs,
             scheduler=scheduler,
-            stage=stage,
-            progress=stage.advance,
+            progress=progress,
         )
     output.give(batch_result(rows), *files)
     if (rows.state == "failed").any():

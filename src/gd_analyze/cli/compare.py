@@ -49,13 +49,11 @@ def compare(
 
         output.give(symbolic_result(robot.name))
         return
-    with output.working() as stage:
-        from gd_analyze.dynamics.methods import METHODS
+    with output.working() as progress:
         from gd_analyze.studies.comparison import comparison
 
         arm = robot.load(payload)
-        motion = None if trajectory is None else read_motion(trajectory, arm)
-        stage("comparing", len(METHODS))
-        result = comparison(arm, motion, progress=stage.advance)
+        motion = None if trajectory is None else read_motion(trajectory, arm, progress)
+        result = comparison(arm, motion, progress=progress)
     output.warn(result.notices)
     output.give(result)

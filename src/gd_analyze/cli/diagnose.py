@@ -43,21 +43,17 @@ def diagnose(
       gd-analyze diagnose my_robot.urdf log.csv --torque-sign -1
       gd-analyze diagnose my_robot.urdf a.csv b.csv --report report
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.results.diagnosis_result import diagnosis_result
         from gd_analyze.results.findings import provenance
         from gd_analyze.studies.study_files import StudyFolder
 
         arm = robot.load(payload, logs)
-        motions = [log_options.read_motion(word, arm) for word in logs]
-        files = None
-        if report is not None:
-            inputs = [arm.name, *(motion.fingerprint for motion in motions)]
-            files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
-            require_outputs(*files.paths.values())
-        stage("diagnosing")
+        motions = [log_options.read_motion(word, arm, progress) for word in logs]
+        inputs = [arm.name, *(motion.fingerprint for motion in motions)]
+        files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
+        require_outputs(*files.paths)
+        progress.stage("diagnosing")
         result = diagnosis_result(gd.diagnose(arm, motions), provenance(command_line()))
-        if files is not None:
-            stage(f"writing {', '.join(formats)}")
-            files.write(result)
-    output.give(result, *(files.paths.values() if files else ()))
+        files.write(result, progress)
+    output.give(result, *files.paths)

@@ -90,7 +90,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if isinstance(error, click.ClickException):
         error = _as_our_own(error)
     if isinstance(error, GdAnalyzeError):
-        tell("error", str(_with_option(error, words)))
+        tell("error", error.with_options(_options(words)))
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         verb = next((word for word in words if not word.startswith("-")), "")
@@ -113,22 +113,11 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     return FAILED
 
 
-def _with_option(error: GdAnalyzeError, words: Sequence[str]) -> GdAnalyzeError:
-    """Name the option in place of the library's argument of that name."""
+def _options(words: Sequence[str]) -> dict[str, str]:
+    """Options of the verb by the library's arguments."""
     verb = next((word for word in words if word in app.commands), analyze.name)
-    options = {
-        param.name: param.opts[0] for param in app.commands[verb or ""].params if param.opts[0][0] == "-"
-    }
-    details = error.details
-    if details.get("where") not in options:
-        return error
-    return GdAnalyzeError(
-        error.what,
-        where=options[details["where"]],
-        expected=details.get("expected"),
-        found=details.get("found"),
-        next_step=details.get("next"),
-    )
+    parameters = app.commands[verb or ""].params
+    return {str(param.name): param.opts[0] for param in parameters if param.opts[0][0] == "-"}
 
 
 def _as_our_own(error: click.ClickException) -> GdAnalyzeError:

@@ -9,6 +9,7 @@ import click
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import excludes
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
 
@@ -70,31 +71,27 @@ def equations(
       gd-analyze equations puma560 --parameters
       gd-analyze equations scara --symbolic --format sympy -o scara.py
     """
+    excludes("--symbolic", "--parameters", "--terms", "--min-share", as_it="writes every term")
+    excludes("--parameters", "--element", "--terms", "--min-share", as_it="is for the whole arm")
+    excludes("--terms", "--format", "--out", as_it="prints a table to the terminal")
     form = form or _FORMS.get(out.suffix if out is not None else "", "text")
     if symbolic:
-        if parameters or terms or min_share > 0:
-            raise click.UsageError("--symbolic writes every term: omit --parameters, --terms, --min-share")
         _give_symbolic(robot, elements, form, out, output)
         return
     if parameters:
-        if elements or terms or min_share > 0:
-            raise click.UsageError("--parameters is for the whole arm: omit --element, --min-share, --terms")
         _give_parameters(robot, form, digits, out, output)
         return
-    if terms and (form != "text" or out is not None):
-        raise click.UsageError("--terms prints a table to the terminal: omit --format and --out")
     require_outputs(out)
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.formulas.results import Heading, equation_text, equations_result, sympy_head
-        from gd_analyze.harmonics.equations import each_equation, elements_named, harmonics_for
+        from gd_analyze.harmonics.equations import each_equation, harmonics_for
 
         arm = robot.load()
-        stage("identifying")
+        progress.stage("identifying")
         harmonics = harmonics_for(arm, elements)
-        stage("writing out", len(elements_named(elements, arm.n_joints)))
         listed_equations, texts = [], []
         heading = Heading(WIDTH, harmonics, form, min_share, whole=not elements)
-        for equation in each_equation(harmonics, elements, min_share=min_share, progress=stage.advance):
+        for equation in each_equation(harmonics, elements, min_share=min_share, progress=progress):
             heading.note(equation)
             texts.append(equation_text(equation, form, digits, WIDTH))
             # Terms take much more memory than their text.
@@ -102,7 +99,7 @@ def equations(
         body = (sympy_head(arm.n_joints) if form == "sympy" else "") + "".join(texts)
         header = str(heading)
         if out is not None:
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             write_text(out, header + body)
     if output.as_json or terms or out is not None:
         output.give(equations_result(harmonics, listed_equations, heading.terms, form, body, digits), out)
@@ -115,17 +112,15 @@ def _give_symbolic(
 ) -> None:
     """Give the equations in symbols."""
     require_outputs(out)
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.formulas.symbolic import symbolic_equations_result, symbolic_text
-        from gd_analyze.harmonics.equations import elements_named
         from gd_analyze.harmonics.symbolic import symbolic_equations
 
         arm = robot.load()
-        stage("deriving", len(elements_named(elements, arm.n_joints)))
-        equations = symbolic_equations(arm, elements, progress=stage.advance)
+        equations = symbolic_equations(arm, elements, progress=progress)
         text = symbolic_text(equations, form, WIDTH)
         if out is not None:
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             write_text(out, text)
     if output.as_json or out is not None:
         output.give(symbolic_equations_result(equations, form, text), out)
@@ -138,16 +133,16 @@ def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None
     if form not in ("text", "latex"):
         raise click.UsageError(f"--parameters writes text or latex, not {form}")
     require_outputs(out)
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.dynamics.base_parameters import base_parameters
         from gd_analyze.formulas.results import base_equations, base_parameters_result
 
         arm = robot.load()
-        stage("regrouping")
+        progress.stage("regrouping")
         base = base_parameters(arm)
         text = "".join(f"{line}\n" for line in base_equations(base, form, digits))
         if out is not None:
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             write_text(out, text)
     if output.as_json or out is not None or (form == "text" and not output.quiet):
         output.give(base_parameters_result(base, form, text, digits), out)

@@ -48,7 +48,14 @@ if TYPE_CHECKING:
     "parameters). Or decomposition: D and h by effect, and c, of the links alone.",
 )
 @click.option("--name", metavar="WORD", help="Prefix of all names.  [default: from the arm's name]")
-@click.option("--float", "single", is_flag=True, help="In C: single precision.")
+@click.option(
+    "--float",
+    "scalar",
+    flag_value="float",
+    default="double",
+    show_default=False,
+    help="In C: single precision.",
+)
 @click.option(
     "--bound/--no-bound",
     default=True,
@@ -68,7 +75,7 @@ def export(
     languages: tuple[str, ...],
     functions: tuple[str, ...],
     name: str | None,
-    single: bool,
+    scalar: str,
     bound: bool,
     tests: bool,
     drives: bool | None,
@@ -88,15 +95,14 @@ def export(
       gd-analyze export model.json --to c,cpp --what derivatives,coriolis_matrix,forward
       gd-analyze export puma560 --to c --what decomposition
     """
-    if single and set(languages) != {"c"}:
-        raise click.UsageError("--float is for C: give --to c alone")
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.certification.certificate import EXPORT_EFFORT, usual_effort
-        from gd_analyze.exporting.export import CLASSES, written
+        from gd_analyze.exporting.export import languages_named, written
         from gd_analyze.exporting.vectors import names_of_tests
 
+        chosen = languages_named(languages, scalar)
         subject = _subject(robot, functions, name, drives)
-        suffixes = [suffix for word in languages for suffix in CLASSES[word].files]
+        suffixes = [suffix for language in chosen.values() for suffix in language.files]
         names = [f"{subject.name}{suffix}" for suffix in suffixes]
         names += names_of_tests(subject.name, languages) if tests else []
         paths = [out / name for name in names]
@@ -109,22 +115,21 @@ def export(
                 next_step="name another folder with --out or another name with --name, or give --overwrite",
             )
         if subject.model is not None and bound:
-            stage("writing the model out")
+            progress.stage("writing the model out")
             try:
                 effort = usual_effort(subject.model, EXPORT_EFFORT)
                 if effort is None:
                     raise ModelError(
                         "the model is too long for a bound in seconds; `gd-analyze certify` finds one"
                     )
-                stage("certifying", 100 * subject.n)
-                certificate = gd.certify(subject.model, effort=effort, progress=stage.advance)
+                certificate = gd.certify(subject.model, effort=effort, progress=progress)
                 subject = replace(subject, certificate=certificate)
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)
                 message = f"no bound is written: {error.what}; --no-bound omits it without a warning"
                 warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
-        stage("writing")
-        exported = written(subject, languages, "float" if single else "double", tests=tests)
+        progress.stage("writing")
+        exported = written(subject, languages, scalar, tests=tests)
         exported.save(out)
     output.give(exported.result(), *exported.paths(out))
 

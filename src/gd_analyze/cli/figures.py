@@ -12,7 +12,7 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import NameList
 from gd_analyze.cli.output import Output, reporting, require_outputs
-from gd_analyze.files import replacing_together
+from gd_analyze.files import write_together
 from gd_analyze.text import counted
 
 if TYPE_CHECKING:
@@ -67,17 +67,17 @@ def figures(
       gd-analyze figures puma560 pick-and-place --to csv
     """
     folder = Path("figures") if out is None else out
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.figures.dominance import element_figures, element_numbers
         from gd_analyze.figures.run import Run
         from gd_analyze.report.pdf import drawing_file
         from gd_analyze.result import Fact, Result
 
         arm = robot.load(payload, trajectories)
-        motion = read_motions(trajectories, arm)
-        stage("decomposing")
+        motion = read_motions(trajectories, arm, progress)
+        progress.stage("decomposing")
         run = Run.of(arm, motion, dominance, drives)
-        stage("drawing")
+        progress.stage("drawing")
         contents = {
             folder / f"{name}.{form}": drawing_file(figure, form)
             for name, figure in element_figures(run, **look).items()
@@ -87,9 +87,7 @@ def figures(
         if "csv" in to:
             contents[folder / "dominance.csv"] = element_numbers(run, look["elements"]).encode()
         require_outputs(*contents)
-        with replacing_together([*contents]) as temporaries:
-            for temporary, content in zip(temporaries, contents.values(), strict=True):
-                temporary.write_bytes(content)
+        write_together(contents)
     motion_text = f"{motion.name}, {counted(motion.n_set_points, 'set point')}"
     facts = Fact("arm", "Arm", arm.title or arm.name), Fact("trajectory", "Trajectory", motion_text)
     output.give(Result(title="Figures of elements by effect", facts=facts), *contents)

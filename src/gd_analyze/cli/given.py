@@ -125,13 +125,13 @@ class Given:
     states: int
     seed: int
 
-    def exact(self) -> tuple[gd.types.ExactDynamics, gd.Trajectory | None]:
+    def exact(self, progress: gd.types.Progress) -> tuple[gd.types.ExactDynamics, gd.Trajectory | None]:
         """Read or draw the states, with their motion, if any; warn where torques look wrong."""
         from gd_analyze.motions.states import states_in_box, states_of
         from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 
         arm = self.robot.load(self.payload, self.trajectories)
-        motion = read_motions(self.trajectories, arm) if self.trajectories else None
+        motion = read_motions(self.trajectories, arm, progress) if self.trajectories else None
         states = states_in_box(arm, self.states, self.seed) if motion is None else states_of(motion)
         exact = ExactDynamics.of(arm, states, self.drives)
         warn_of_torques(exact)

@@ -82,7 +82,7 @@ def identify(
       gd-analyze simplify identified.toml log.csv --budget uncertainty
     """
     require_outputs(out)
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.results.findings import provenance
         from gd_analyze.robots.arm_toml import require_name_of_toml
         from gd_analyze.studies.identification_result import identification_result, supported
@@ -92,15 +92,14 @@ def identify(
             require_name_of_toml(out)
         arm = robot.load(logs=logs, masses=False)
         fitted, held_out_motions, carrying = (
-            [log_options.read_motion(word, arm) for word in words] for words in (logs, held_out, loaded)
+            [log_options.read_motion(word, arm, progress) for word in words]
+            for words in (logs, held_out, loaded)
         )
-        files = None
-        if report is not None:
-            motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
-            inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
-            files = StudyFolder(report, "identification", formats, inputs, overwrite=overwrite)
-            require_outputs(*files.paths.values())
-        stage("identifying")
+        motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
+        inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]
+        files = StudyFolder(report, "identification", formats, inputs, overwrite=overwrite)
+        require_outputs(*files.paths)
+        progress.stage("identifying")
         identification = gd.identify(
             arm,
             fitted,
@@ -112,12 +111,10 @@ def identify(
         )
         if out is not None:
             # Before the search for a model, which may take long or come to nothing.
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             gd.save_arm(identification.arm, out)
-        stage("simplifying")
+        progress.stage("simplifying")
         answer = None if no_model or identification.doubts else supported(identification, fitted[0])
         result = identification_result(identification, answer, provenance(command_line()))
-        if files is not None:
-            stage(f"writing {', '.join(formats)}")
-            files.write(result)
-    output.give(result, out, *(files.paths.values() if files else ()))
+        files.write(result, progress)
+    output.give(result, out, *files.paths)

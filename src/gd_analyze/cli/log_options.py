@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli.options import TRAJECTORY, Amount, F, together
 
-if TYPE_CHECKING:
-    from gd_analyze.motions.table import Progress
-
 _KEPT = "gd_analyze.log"
-# Where a command keeps what shows its stages.
-STAGE = "gd_analyze.stage"
 _OF_READINGS = {"cutoff", "largest_gap"}
 
 
@@ -141,28 +137,15 @@ def reading_asked() -> tuple[gd.types.Reading | None, gd.types.Treatment | None]
     return Reading.of(**reading) if reading else None, Treatment(**treatment) if treatment else None
 
 
-def read_motion(path: str | Path, arm: gd.types.RobotArm) -> gd.Trajectory:
-    """Read a trajectory or a log as the command's options say, and show progress."""
-    return gd.read_trajectory(path, arm, *reading_asked(), progress=progress_shown())
+def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:
+    """Read a trajectory or a log as the command's options say."""
+    return gd.read_trajectory(path, arm, *reading_asked(), progress=progress)
 
 
-def read_motions(words: tuple[str, ...], arm: gd.types.RobotArm) -> gd.Trajectory:
+def read_motions(
+    words: tuple[str, ...], arm: gd.types.RobotArm, progress: gd.types.Progress
+) -> gd.Trajectory:
     """Read trajectories, logs or folders of them as the command's options say; several become one."""
     from gd_analyze.motions.pool import trajectory_of
 
-    return trajectory_of(words, arm, read_motion)
-
-
-def progress_shown() -> Progress:
-    """Show how much of a log is read."""
-    stage, before = click.get_current_context().meta[STAGE], 0
-
-    def tell(done: int, total: int) -> None:
-        nonlocal before
-        if done <= before or not before:
-            stage("reading", total)
-            before = 0
-        stage.advance(done - before)
-        before = done
-
-    return tell
+    return trajectory_of(words, arm, partial(read_motion, progress=progress))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gd_analyze.results.findings import Findings
     from gd_analyze.robots.parts import Link
 
-RUN_FORMATS = ("h5", "json", "csv", "html", "pdf")
+RUN_FORMATS = tuple(RESULT_FILES)
 # What can be rebuilt from analysis.h5.
 MADE_AGAIN = RUN_FORMATS[1:]
 
@@ -74,7 +74,7 @@ def analyze(
     **settings: Any,
 ) -> None:
     """Decompose, rank, simplify, store and report: the main job."""
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.studies.main_job import find
         from gd_analyze.studies.settings import Settings, default_folder
         from gd_analyze.studies.steps.read import source_of
@@ -82,7 +82,7 @@ def analyze(
 
         run_settings = Settings(**settings)
         arm = robot.load(payload, trajectories)
-        motion = read_motions(trajectories, arm)
+        motion = read_motions(trajectories, arm, progress)
         folder = default_folder(arm, motion, run_settings) if out is None else out
         require_outputs(*(folder / RESULT_FILES[name] for name in formats))
         mark = source_of(arm, motion, run_settings)["run"]
@@ -93,11 +93,10 @@ def analyze(
             run_settings,
             command=command_line(),
             warned=output.warnings,
-            progress=stage,
+            progress=progress,
         )
         del motion  # the findings hold what is shown of a long one, whose memory the reports can use
-        stage(f"writing {', '.join(formats)}")
-        write_findings(findings, folder, formats, strangers)
+        write_findings(findings, folder, formats, strangers, progress)
     _give(findings, folder, formats, output, top)
 
 
@@ -121,7 +120,7 @@ def report(
       gd-analyze report reports/puma560-pick-and-place/analysis.h5
       gd-analyze report analysis.h5 --format html --out elsewhere
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.studies.study_files import write_findings
 
         folder = analysis.parent if out is None else out
@@ -131,8 +130,7 @@ def report(
         if (folder / RESULT_FILES["h5"]).resolve() != analysis.resolve():
             mark = findings.provenance.get("run", "")
             strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-        stage(f"writing {', '.join(formats)}")
-        write_findings(findings, folder, formats, strangers)
+        write_findings(findings, folder, formats, strangers, progress)
     output.warn(findings.warnings)  # JSON repeats the run's warnings, standard error does not
     _give(findings, folder, formats, output, top)
 

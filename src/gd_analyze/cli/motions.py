@@ -10,21 +10,16 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options_listed, progress_shown, reading_asked
-from gd_analyze.cli.options import TRAJECTORY, Amount, command_line, is_default
+from gd_analyze.cli.log_options import log_options_listed, reading_asked
+from gd_analyze.cli.options import TRAJECTORY, Amount, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import excludes, is_given, needs
 from gd_analyze.cli.terminal import lines
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.units import Quantity, joint_units
 
 # As in `gd_analyze.motions.profiles.PROFILES`, which loads NumPy.
 PROFILE_NAMES = ("4-3-4", "3-5-3", "quintic", "cubic", "trapezoidal")
-
-# How the library's arguments are called on the command line.
-_OPTIONS = {"start": "--from", "goal": "--to", "via": "--via"}
-# Options that --exciting makes superfluous.
-_OF_POINTS = _OPTIONS | {"profile": "--profile", "allow_violations": "--allow-violations"}
-_OPTIONS |= {"n_set_points": "--points", "duration": "--duration"}
 
 
 @click.command(short_help="Show how the columns of a log are read.")
@@ -42,7 +37,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
       gd-analyze columns puma560 log.csv
       gd-analyze columns my_robot.urdf log.csv --map q:elbow=Position3 --time-unit ms
     """
-    with output.working():
+    with output.working() as progress:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.read import motion_of
         from gd_analyze.motions.states import states_of
@@ -51,7 +46,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
 
         arm, path = robot.load(logs=[log], masses=False), TRAJECTORY.path_of(log)
         reading, treatment = reading_asked()
-        logged = gd.read_log(path, arm, reading, progress=progress_shown())
+        logged = gd.read_log(path, arm, reading, progress=progress)
         motion = motion_of(logged, path, arm, treatment)
         warn_of_torque_limits(arm, states_of(motion))
         recording = motion.recording
@@ -72,24 +67,18 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     )
 
 
-def _end(context: click.Context, option: click.Parameter, listed: str | None) -> str | None:
-    """Require an end of the motion, unless an exciting one is planned."""
-    if listed is None and not context.params["exciting"]:
-        raise click.UsageError(f"{option.opts[0]} is missing: give --from and --to, or --exciting")
-    return listed
-
-
 @click.command(short_help="Plan a trajectory and compare it with the arm's limits.")
 @robot_given
-@click.option("--from", "start", callback=_end, metavar="LIST", help="Start, comma-separated; degrees or m.")
-@click.option("--to", "goal", callback=_end, metavar="LIST", help="Goal, comma-separated; degrees or m.")
+@click.option("--from", "start", metavar="LIST", help="Start, comma-separated; degrees or m.")
+@click.option("--to", "goal", metavar="LIST", help="Goal, comma-separated; degrees or m.")
 @click.option("--via", multiple=True, metavar="LIST", help="A point in between; repeatable, in order.")
-@options.number(
+@click.option(
     "--points",
-    31,
-    "Number of set points, evenly spaced; with --exciting by default 100 per second.",
-    2,
-    1_000_000,
+    "n_set_points",
+    type=click.IntRange(2, 1_000_000),
+    default=31,
+    metavar="NUMBER",
+    help="Number of set points, evenly spaced; with --exciting by default 100 per second.",
 )
 @click.option(
     "--duration",
@@ -111,7 +100,6 @@ def _end(context: click.Context, option: click.Parameter, listed: str | None) ->
 @click.option(
     "--exciting",
     is_flag=True,
-    is_eager=True,
     help="In place of --from and --to: the motion that excites links, drives and friction best, for "
     "`identify`.",
 )
@@ -129,7 +117,7 @@ def plan(
     start: str | None,
     goal: str | None,
     via: tuple[str, ...],
-    points: int,
+    n_set_points: int,
     duration: float,
     profile: str,
     allow_violations: bool,
@@ -148,59 +136,50 @@ def plan(
           gd-analyze two_link -
       gd-analyze plan puma560 --exciting --duration 20 -o exciting.csv
     """
-    _require_what_goes_together(exciting)
+    of_points = ("--from", "--to", "--via", "--profile", "--allow-violations")
+    excludes("--exciting", *of_points, as_it="plans the whole motion")
+    needs("--within", "--exciting")
+    needs("--seed", "--exciting")
+    for end in of_points[:2]:
+        if not exciting and not is_given(end):
+            raise click.UsageError(f"{end} is missing: give --from and --to, or --exciting")
     require_outputs(out)
-    with output.working() as stage:
-        stage("planning")
+    with output.working() as progress:
+        progress.stage("planning")
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
         from gd_analyze.motions.planning import plan_motion, plan_result
         from gd_analyze.motions.states import states_of
         from gd_analyze.motions.trajectory import trajectory_csv
 
         arm, name = robot.load(masses=False), out.stem if out is not None else None
-        try:
-            if start is None or goal is None:
-                planned = gd.exciting_motion(
-                    arm,
-                    duration,
-                    None if is_default("points") else points,
-                    within=None if within is None else _box(within),
-                    seed=seed,
-                    name=name,
-                )
-            else:
-                planned = plan_motion(
-                    arm,
-                    _joint_values(arm, start, "--from"),
-                    _joint_values(arm, goal, "--to"),
-                    duration,
-                    via=[_joint_values(arm, point, "--via") for point in via],
-                    profile=profile,
-                    n_set_points=points,
-                    allow_violations=allow_violations,
-                    name=name,
-                )
-                warn_of_torque_limits(arm, states_of(planned.trajectory))
-        except (TrajectoryError, UsageError) as error:
-            raise _with_options(error) from None
+        if start is None or goal is None:
+            planned = gd.exciting_motion(
+                arm,
+                duration,
+                n_set_points if is_given("--points") else None,
+                within=None if within is None else _box(within),
+                seed=seed,
+                name=name,
+            )
+        else:
+            planned = plan_motion(
+                arm,
+                _joint_values(arm, start, "--from"),
+                _joint_values(arm, goal, "--to"),
+                duration,
+                via=[_joint_values(arm, point, "--via") for point in via],
+                profile=profile,
+                n_set_points=n_set_points,
+                allow_violations=allow_violations,
+                name=name,
+            )
+            warn_of_torque_limits(arm, states_of(planned.trajectory))
         if out is not None:
             gd.write_trajectory(planned.trajectory, out, [command_line()])
     if out is None and not output.as_json:
         lines(trajectory_csv(planned.trajectory, [command_line()]))
     else:
         output.give(plan_result(planned), out)
-
-
-def _require_what_goes_together(exciting: bool) -> None:
-    """Refuse options of the other kind of motion."""
-    point_options = [option for name, option in _OF_POINTS.items() if not is_default(name)]
-    exciting_options = [f"--{name}" for name in ("within", "seed") if not is_default(name)]
-    if exciting and point_options:
-        raise click.UsageError(f"--exciting plans the whole motion: omit {', '.join(point_options)}")
-    if not exciting and exciting_options:
-        raise click.UsageError(
-            f"--exciting is missing: {' and '.join(exciting_options)} cannot be given without it"
-        )
 
 
 def _box(listed: str) -> gd.types.Workspace:
@@ -218,18 +197,6 @@ def _box(listed: str) -> gd.types.Workspace:
             found=repr(listed),
         )
     return Workspace(numbers[:3], numbers[3:])
-
-
-def _with_options(error: TrajectoryError | UsageError) -> TrajectoryError | UsageError:
-    """Name the option where the library names its argument, which is in radians."""
-    details = dict(error.details)
-    option = _OPTIONS.get(details.get("where", "").partition("[")[0].partition(" ")[0])
-    next_step = details.pop("next", "").replace("allow_violations=True", "--allow-violations")
-    if option is not None:
-        details["where"] = option
-        if "radians" in next_step:
-            next_step = "`gd-analyze arms ROBOT` shows the ranges"
-    return type(error)(error.what, **details, next_step=next_step or None)
 
 
 def _joint_values(arm: gd.types.RobotArm, listed: str, option: str) -> list[float]:

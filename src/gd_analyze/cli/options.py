@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
-from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
 import gd_analyze as gd
@@ -85,11 +84,6 @@ class NameList(click.ParamType[tuple[str, ...]]):
         earlier, comma, last = incomplete.rpartition(",")
         candidates = [name for name in self.names if name.startswith(last) and name not in earlier.split(",")]
         return [CompletionItem(earlier + comma + name) for name in candidates]
-
-
-def is_default(option: str) -> bool:
-    """Whether an option of the verb that runs was not given."""
-    return click.get_current_context().get_parameter_source(option) is ParameterSource.DEFAULT
 
 
 class Parsed(click.ParamType[Any]):

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.cache import without_cache
-from gd_analyze.cli.log_options import STAGE
 from gd_analyze.cli.options import FILE, NameOrFile, together
-from gd_analyze.cli.terminal import Stages, colour, stages, tell_warning, width
+from gd_analyze.cli.terminal import colour, shown_progress, tell_warning, width
 from gd_analyze.errors import UsageError, Warned
 from gd_analyze.files import require_writable
+from gd_analyze.progress import Progress
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -34,13 +34,12 @@ class Output:
     warnings: list[str] = field(default_factory=list)
 
     @contextmanager
-    def working(self) -> Iterator[Stages]:
+    def working(self) -> Iterator[Progress]:
         """Show the stages of the work while it lasts, the first "reading", and its warnings in the end."""
         warned = Warned(self.warnings, (lambda warning: None) if self.quiet else tell_warning)
-        with warned.collecting(), stages(self.quiet, warned) as stage:
-            click.get_current_context().meta[STAGE] = stage
-            stage("reading")
-            yield stage
+        with warned.collecting(), shown_progress(self.quiet, warned) as progress:
+            progress.stage("reading")
+            yield progress
 
     def warn(self, texts: Iterable[str]) -> None:
         """Note warnings that a study kept."""
@@ -59,9 +58,10 @@ class Output:
             # In ASCII and without the NaN and Infinity that JSON does not know.
             click.echo(json.dumps(result.document() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
+            from gd_analyze.report.document import result_document
             from gd_analyze.report.terminal import text_of, wrapped
 
-            text = text_of(result, width(), functools.partial(click.style, bold=True))
+            text = text_of(result_document(result), width(), functools.partial(click.style, bold=True))
             click.echo(text, nl=False, color=colour())
             if folder is not None and written:
                 # A folder's name is not broken between its words.

@@ -10,8 +10,9 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
-from gd_analyze.cli.options import command_line, is_default
+from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import is_given
 from gd_analyze.text import SINE_PRICE
 
 
@@ -83,7 +84,7 @@ def simplify(
     if velocities == "joint" and level not in ("term", "energy"):
         raise click.UsageError("--velocities joint needs --level term or --level energy")
     require_outputs(out)
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.results.findings import provenance
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import level_named
@@ -93,7 +94,7 @@ def simplify(
 
         replaces = out is not None and replaces_model(out)
         search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
-        asked_budget = None if is_default("budget") else budget
+        asked_budget = budget if is_given("--budget") else None
         require_consistent(
             search_options.level,
             asked_budget,
@@ -104,7 +105,7 @@ def simplify(
             verdicts=verdicts,
         )
         start = time.perf_counter()
-        exact, motion = inputs.exact()
+        exact, motion = inputs.exact(progress)
         held_model = search_model(
             exact,
             motion,
@@ -115,14 +116,13 @@ def simplify(
             certified=certified,
             verdicts=verdicts,
             provenance=provenance(command_line()),
-            stage=stage,
-            progress=stage.advance,
+            progress=progress,
         )
         seconds = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
         result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
         if out is not None:
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)
     output.give(result, out, replaced="a model" if replaces else "")
 
@@ -143,13 +143,13 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
       gd-analyze rank puma560 pick-and-place
       gd-analyze rank puma560 --no-drives --level energy --top 40
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.results.term_results import ranking_result
         from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
         from gd_analyze.simplification.term_ranking import rank_terms
 
-        exact, _ = inputs.exact()
-        stage("ranking")
+        exact, _ = inputs.exact(progress)
+        progress.stage("ranking")
         result = ranking_result(rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
     output.give(result)
 
@@ -173,12 +173,9 @@ def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Outpu
       gd-analyze trade-off puma560
       gd-analyze trade-off puma560 pick-and-place --quick
     """
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.results.term_results import trade_off_result
-        from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
-        from gd_analyze.simplification.trade_off import BUDGET_FACTORS
 
-        exact, _ = inputs.exact()
-        stage("simplifying", len(HARMONIC_LEVELS) * len(BUDGET_FACTORS))
-        points = gd.trade_off(exact, budget, thorough=not quick, progress=stage.advance)
+        exact, _ = inputs.exact(progress)
+        points = gd.trade_off(exact, budget, thorough=not quick, progress=progress)
     output.give(trade_off_result(points, exact, budget))

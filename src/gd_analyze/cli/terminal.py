@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gd_analyze.errors import Warned
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import visible
 
 if TYPE_CHECKING:
@@ -52,20 +53,33 @@ def tell_warning(warning: Warning) -> None:
     tell("warning", str(warning))
 
 
-class StageLines:
+class _LineProgress(Progress):
     """Tells the stages of long work in plain lines on standard error; short work stays silent."""
 
-    def __init__(self) -> None:
+    def __init__(self, warned: Warned) -> None:
+        self._warned = warned
         self._begin = time.monotonic()
         self._label, self._printed, self._printed_at = "", "", 0.0
         self._lock = threading.Lock()
         # For the stage that goes on by then.
-        self._timer = threading.Timer(SHORT_SECONDS, self.tell)
+        self._timer = threading.Timer(SHORT_SECONDS, self._print)
         self._timer.daemon = True
         self._timer.start()
 
-    def tell(self, label: str | None = None) -> None:
-        """Print the stage, a new one if there is a label, unless it is too early or was just told."""
+    def stage(self, label: str, total: int | None = None) -> None:
+        """Print the warnings of the last stage, and the new one unless it is too early or was just told."""
+        self._warned.tell()
+        self._print(label)
+
+    def ranked(self, ranking: xr.Dataset, budget: str) -> None:
+        """Print the warnings of the stage."""
+        self._warned.tell()
+
+    def end(self) -> None:
+        """Tell nothing any more."""
+        self._timer.cancel()
+
+    def _print(self, label: str | None = None) -> None:
         with self._lock:
             self._label = self._label if label is None else label
             seconds = time.monotonic() - self._begin
@@ -74,83 +88,69 @@ class StageLines:
                 self._printed, self._printed_at = self._label, seconds
                 click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
 
-    def end(self) -> None:
-        """Tell nothing any more."""
-        self._timer.cancel()
 
+class _MovingProgress(Progress):
+    """Shows stages on a terminal: the present one moves, and the main job's first answer stands above."""
 
-class Stages:
-    """Says on standard error what is going on: on a progress display, in lines, or not at all."""
+    def __init__(self, display: Any, warned: Warned) -> None:
+        self._display, self._task, self._warned = display, display.add_task(""), warned
 
-    def __init__(
-        self, display: Any = None, lines: StageLines | None = None, warned: Warned | None = None
-    ) -> None:
-        self._shown = None if display is None else (display, display.add_task(""))
-        self._lines = lines
-        self._warned = warned
+    def stage(self, label: str, total: int | None = None) -> None:
+        """Print the warnings of the last stage, and show the new one."""
+        self._warned.tell()
+        self._display.reset(self._task, description=visible(label), total=total)
 
-    def __call__(self, label: str, total: int | None = None) -> None:
-        """Begin a stage of `total` steps, or of an unknown number, and print the warnings of the last one."""
-        if self._warned:
-            self._warned.tell()
-        if self._lines:
-            self._lines.tell(label)
-        if self._shown:
-            display, task = self._shown
-            display.reset(task, description=visible(label), total=total)
-
-    def advance(self, steps: int) -> None:
-        """Note that some steps are done."""
-        if self._shown:
-            display, task = self._shown
-            display.advance(task, steps)
+    def advance(self, steps: int = 1) -> None:
+        """Move the bar."""
+        self._display.advance(self._task, steps)
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
-        """Show the verdict lists above the progress; the result repeats them for the model's own budget."""
-        if self._warned:
-            self._warned.tell()
-        if self._shown:
-            from gd_analyze.report.terminal import text_of
-            from gd_analyze.result import Result
-            from gd_analyze.results.run_result import verdict_section
+        """Show the verdict lists above; the result repeats them for the model's own budget."""
+        from gd_analyze.report.document import result_document
+        from gd_analyze.report.terminal import text_of
+        from gd_analyze.result import Result
+        from gd_analyze.results.run_result import verdict_section
 
-            section = verdict_section(ranking)
-            lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
-            self._shown[0].text_above = text_of(lists, _terminal_width())
+        self._warned.tell()
+        section = verdict_section(ranking)
+        lists = Result(f"Verdicts at {budget}; models are being searched", parts=(section,))
+        self._display.text_above = text_of(result_document(lists), _terminal_width())
 
 
 @contextmanager
-def stages(quiet: bool, warned: Warned) -> Iterator[Stages]:
-    """Show the stages of the work on standard error while it lasts: moving on a terminal, else in lines."""
+def shown_progress(quiet: bool, warned: Warned) -> Iterator[Progress]:
+    """Show work on standard error while it lasts: moving on a terminal, else in lines."""
     if quiet:
-        yield Stages(warned=warned)
-        return
-    if not sys.stderr.isatty():
-        stage_lines = StageLines()
+        yield NO_PROGRESS
+    elif sys.stderr.isatty():
+        with _display() as display:
+            yield _MovingProgress(display, warned)
+    else:
+        lines = _LineProgress(warned)
         try:
-            yield Stages(lines=stage_lines, warned=warned)
+            yield lines
         finally:
-            stage_lines.end()
-        return
+            lines.end()
+
+
+def _display() -> Any:
+    """What moves: a line for the stage, and above it a text."""
     from rich import progress
     from rich.console import Console, RenderableType
     from rich.text import Text
 
-    words = progress.TextColumn("{task.description:<34}", markup=False)
-    times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
-    columns = progress.SpinnerColumn(), words, progress.BarColumn(14), *times
-    console = Console(stderr=True)
-
     class Display(progress.Progress):
-        text_above = ""  # lines above the progress
+        text_above = ""
 
         def get_renderables(self) -> Iterator[RenderableType]:
             if self.text_above:
                 yield Text(self.text_above)
             yield from super().get_renderables()
 
-    with Display(*columns, console=console, transient=True, redirect_stdout=False) as display:
-        yield Stages(display, warned=warned)
+    words = progress.TextColumn("{task.description:<34}", markup=False)
+    times = progress.TimeElapsedColumn(), progress.TimeRemainingColumn()
+    columns = progress.SpinnerColumn(), words, progress.BarColumn(14), *times
+    return Display(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False)
 
 
 def colour() -> bool | None:

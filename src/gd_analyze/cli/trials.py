@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,9 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motion
-from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath, is_default
+from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import excludes, is_given, needs
 
 if TYPE_CHECKING:
     from gd_analyze.robots.parts import Link
@@ -69,11 +71,11 @@ def evaluate(
     """
     if out is not None and not trajectories:
         raise click.UsageError("-o writes torque over time, and needs a trajectory")
-    if payload is not None and is_default("fail_over"):
+    if payload is not None and not is_given("--fail-over"):
         fail_over = "none"
     require_outputs(out)
     require_outputs(junit, option="--junit")
-    with output.working() as stage:
+    with output.working() as progress:
         from gd_analyze.files import write_text
         from gd_analyze.motions.pool import motions_of
         from gd_analyze.motions.states import states_in_box
@@ -83,25 +85,25 @@ def evaluate(
 
         loaded = gd.load_model(model)
         reference_arm = loaded.arm if arm is None else gd.load_arm(arm)
-        motions = motions_of(trajectories, loaded.arm, read_motion) if trajectories else []
+        read = partial(read_motion, progress=progress)
+        motions = motions_of(trajectories, loaded.arm, read) if trajectories else []
         if out is not None and len(motions) > 1:
             raise click.UsageError(f"-o writes torque over time along one motion, not {len(motions)}")
-        stage("evaluating", len(motions) or 1)
         evaluation = gd.evaluate(
             loaded,
             motions or states_in_box(loaded.arm, states, seed),
             reference_arm if payload is None else carrying(reference_arm, payload),
             fail_over=fail_over,
             strict=strict,
-            progress=stage.advance,
+            progress=progress,
         )
         unloaded = None if payload is None else reference_arm
         result = evaluation_result(evaluation, payload, unloaded, fit_friction=fit_friction)
         if out is not None:
-            stage(f"writing {out.name}")
+            progress.stage(f"writing {out.name}")
             write_text(out, torque_csv(motions[0], evaluation.motions[0]))
         if junit is not None:
-            stage(f"writing {junit.name}")
+            progress.stage(f"writing {junit.name}")
             write_text(junit, junit_xml(evaluation))
     output.give(result, *filter(None, (out, junit)))
     if evaluation.verdict == "failed":
@@ -146,18 +148,16 @@ def certify(
       gd-analyze certify model.json --along my.csv --margin 0.5deg,qd=1%
       gd-analyze certify model.json --check
     """
-    if margin is not None and along is None:
-        raise click.UsageError("--margin needs --along")
-    if check and (margin is not None or not is_default("effort")):
-        raise click.UsageError("--check takes margin and effort from the model's file")
-    with output.working() as stage:
+    needs("--margin", "--along")
+    excludes("--check", "--margin", "--effort", as_it="takes margin and effort from the model's file")
+    with output.working() as progress:
         from gd_analyze.motions.margin import Margin
         from gd_analyze.motions.states import states_of
         from gd_analyze.simplification.model_file import fault_of_file, measured_at
         from gd_analyze.studies.proof import proof, proven_again
 
         loaded = gd.load_model(model)
-        motion = None if along is None else read_motion(along, loaded.arm)
+        motion = None if along is None else read_motion(along, loaded.arm, progress)
         if motion:
             loaded = loaded.stating(loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:
@@ -165,12 +165,11 @@ def certify(
                 loaded = measured_at(loaded, states_of(motion))
             except gd.GdAnalyzeError as error:
                 raise fault_of_file(model, error) from None
-        stage("certifying", 100 * loaded.arm.n_joints * (1 if motion is None or check else 2))
         if check:
-            result, holds = proven_again(loaded, motion, progress=stage.advance)
+            result, holds = proven_again(loaded, motion, progress=progress)
         else:
             result, holds = (
-                proof(loaded, motion, margin=margin or Margin(), effort=effort, progress=stage.advance),
+                proof(loaded, motion, margin=margin or Margin(), effort=effort, progress=progress),
                 True,
             )
     output.give(result)

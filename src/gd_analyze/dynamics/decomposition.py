@@ -25,6 +25,7 @@ from gd_analyze.motions.states import require_joints as require_states_fit
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.description import fingerprint
@@ -58,7 +59,7 @@ def decompose(
     by_link: bool = False,
     terms: bool = False,
     drives: bool | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> xr.Dataset:
     """Evaluate D, h, h_ijk and c by effect at every set point.
 
@@ -80,7 +81,7 @@ def decompose(
         Add the torque that accelerates the drives, as `drive_torque` and within `torque`; D, h and c remain
         those of the links. By default if the arm describes drives.
     progress
-        Called with the number of set points done since the last call.
+        Told the set points done.
 
     Returns
     -------
@@ -205,7 +206,7 @@ def decompose_states(
     by_link: bool = False,
     terms: bool = False,
     drives: bool | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
     written: bool | None = None,
 ) -> dict[str, FloatArray]:
     """Decompose states of any leading shape: arrays in, arrays out, no labels.
@@ -259,14 +260,14 @@ def decompose_states(
     # as much time as the arithmetic. Freeing an untouched block just below 32 MiB raises that threshold for
     # good (see mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
     np.empty(2**25 - 2**16, dtype=np.uint8)
+    progress.stage("decomposing", count)
     if count > MOST_KEPT if written is None else written:
         _run(arm, names, (q, qd, qdd), out, progress)
     else:
         for chunk in chunks(count):
             views = {name: array[..., chunk] for name, array in out.items()}
             _fill(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk], views)
-            if progress is not None:
-                progress(chunk.stop - chunk.start)
+            progress.advance(chunk.stop - chunk.start)
     out = {"q": q, "qd": qd, "qdd": qdd} | out
     # Set points first, without copying: the memory keeps them last.
     firsts = {name: np.moveaxis(array, -1, 0) for name, array in out.items()}
@@ -301,7 +302,7 @@ def _run(
     names: Sequence[str],
     states: Sequence[Array],
     out: Mapping[str, Array],
-    progress: Callable[[int], None] | None,
+    progress: Progress,
 ) -> None:
     """Evaluate many states (n, N) by a program, block by block, into the wanted arrays."""
     count, kinds = states[0].shape[-1], ("q", "qd", "qdd")
@@ -310,8 +311,7 @@ def _run(
     run = _runner(_program(arm, tuple(names), tuple(out)), min(count, CHUNK), get_ident())
     for chunk in chunks(count):
         run({name: row[chunk] for name, row in inputs.items()}, [row[chunk] for row in rows])
-        if progress is not None:
-            progress(chunk.stop - chunk.start)
+        progress.advance(chunk.stop - chunk.start)
 
 
 def torque_of(
@@ -319,20 +319,22 @@ def torque_of(
     states: States,
     *,
     drives: bool | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> FloatArray:
     """Torque at states (..., n), N m, same shape, without keeping its contributions."""
     require_states_fit(arm, states)
     flat = states.in_a_row
+    progress.stage("decomposing", len(flat))
     if len(flat) > MOST_KEPT:
         names = [*_LEAN, "drive_torque"] if arm.counts_drives(drives) else [*_LEAN]
         rows = _empty(arm, ["torque"], len(flat))
         _run(arm, names, flat.last, rows, progress)
         return np.ascontiguousarray(rows["torque"].T).reshape(states.q.shape)
     out = np.empty((len(flat), arm.n_joints))
-    evaluate = partial(decompose_states, arm, christoffel=False, drives=drives, progress=progress)
+    evaluate = partial(decompose_states, arm, christoffel=False, drives=drives)
     for chunk in chunks(len(flat)):
         out[chunk] = evaluate(flat.at(chunk))["torque"]
+        progress.advance(chunk.stop - chunk.start)
     return out.reshape(states.q.shape)
 
 
@@ -374,7 +376,7 @@ def decompose_on_demand(
     trajectory: Trajectory,
     *,
     drives: bool | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
     **parts: Any,
 ) -> xr.Dataset:
     """Decompose; beyond `MOST_KEPT` set points all but torque is evaluated on access."""

@@ -78,16 +78,10 @@ def _of_spread(arm: RobotArm, spread: FloatArray, states: States, drives: bool) 
     return np.sqrt(squares).T
 
 
-def _body(link: Link, stated: LinkUncertainty) -> tuple[float, FloatArray]:
-    """Mass and centre of mass that are uncertain: those of a link without its payload."""
-    mass = link.mass if stated.body_mass is None else stated.body_mass
-    com = link.com if stated.body_com is None else stated.body_com
-    return mass, com
-
-
 def _changes(link: Link, stated: LinkUncertainty) -> FloatArray:
     """Change of a link's inertial parameters by one standard uncertainty of each of P quantities, (P, 10)."""
-    mass, com = _body(link, stated)
+    body = link.bare or link
+    mass, com = body.mass, body.com
     # If the inertia is stated about the centre of mass, that about the origin changes with the centre.
     moves = float(stated.inertia_about == "com")
     rows = []
@@ -159,7 +153,8 @@ def _drawn_of_spread(
 
 def _drawn_changes(link: Link, stated: LinkUncertainty, count: int, rng: np.random.Generator) -> FloatArray:
     """Draw changes of a link's parameters, consistent or not, (count, 10)."""
-    mass, com = _body(link, stated)
+    body = link.bare or link
+    mass, com = body.mass, body.com
     change = np.zeros((count, 10))
     if stated.mass is not None or stated.com is not None:
         masses = rng.normal(mass, stated.mass or 0.0, (count, 1))

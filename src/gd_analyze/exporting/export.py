@@ -17,7 +17,7 @@ from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python,
 from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
-from gd_analyze.files import path_of, replacing_together
+from gd_analyze.files import path_of, write_together
 from gd_analyze.result import Fact, Result, Shown, Value, attributes_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
@@ -141,9 +141,8 @@ class Exported:
             If they cannot be written.
         """
         paths = self.paths(path_of(folder))
-        with replacing_together(paths) as temporaries:
-            for temporary, text in zip(temporaries, self.files.values(), strict=True):
-                temporary.write_text(text, encoding="ascii", newline="\n")
+        contents = [text.encode("ascii") for text in self.files.values()]
+        write_together(dict(zip(paths, contents, strict=True)))
         return paths
 
 
@@ -225,8 +224,18 @@ def written(
     subject: ExportInput, languages: str | Sequence[str], scalar: str = "double", *, tests: bool = False
 ) -> Exported:
     """Write the functions in languages, see `export`."""
+    chosen = languages_named(languages, scalar)
+    files = {
+        f"{subject.name}{suffix}": text
+        for language in chosen.values()
+        for suffix, text in language.texts(subject).items()
+    }
+    return Exported(subject, files | (tests_of(subject, chosen) if tests else {}))
+
+
+def languages_named(languages: str | Sequence[str], scalar: str = "double") -> dict[str, Language]:
+    """Languages by their names, all with the same type of numbers; a UsageError for those without it."""
     require_type(languages, (str, list, tuple), "languages", f"one or several of {', '.join(LANGUAGES)}")
-    files: dict[str, str] = {}
     chosen: dict[str, Language] = {}
     for name in (languages,) if isinstance(languages, str) else languages:
         if name not in LANGUAGES:
@@ -237,6 +246,4 @@ def written(
             message, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)
             raise UsageError(message, where="scalar", expected=expected, found=str(scalar))
         chosen[name] = language(scalar)
-        texts = chosen[name].texts(subject)
-        files |= {f"{subject.name}{suffix}": text for suffix, text in texts.items()}
-    return Exported(subject, files | (tests_of(subject, chosen) if tests else {}))
+    return chosen

@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.harmonics.symbolic_number import SymbolicNumber
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_toml import table_convention
+from gd_analyze.robots.description import table_convention
 from gd_analyze.robots.frames import exact_cos_sin
 from gd_analyze.robots.parts import DHRow, Link, Placement
 

@@ -16,6 +16,7 @@ from gd_analyze.harmonics.element_products import ElementProducts, Products
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import Harmonics, harmonics_behind
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
 from gd_analyze.schema import unit_of
@@ -82,9 +83,9 @@ def each_equation(
     elements: Sequence[str] = (),
     *,
     min_share: float = 0.0,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Iterator[Equation]:
-    """Yield `equations` one by one; `progress` is called with 1 after each of `elements_named`.
+    """Yield `equations` one by one.
 
     ArmError if all are asked for, and one of them has so many terms that writing all takes many minutes.
     """
@@ -93,11 +94,13 @@ def each_equation(
         raise UsageError(message, where="min_share", expected=expected, found=in_python(min_share))
     most = math.inf if members(elements) else _MOST_TERMS
     products = ElementProducts(harmonics)
-    for kind, indices, by_itself in elements_named(elements, harmonics.arm.n_joints):
+    named = elements_named(elements, harmonics.arm.n_joints)
+    progress.stage("writing out", len(named))
+    for kind, indices, by_itself in named:
         equation = _equation(harmonics, products, kind, indices, min_share, most)
         if equation.terms or by_itself:
             yield equation
-        progress(1)
+        progress.advance()
 
 
 def elements_named(labels: Sequence[str], n: int) -> list[tuple[str, ElementIndices, bool]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -36,6 +36,7 @@ from gd_analyze.harmonics.symbolic_number import (
 from gd_analyze.harmonics.terms import Monomial
 from gd_analyze.harmonics.transform import round_off_cut
 from gd_analyze.harmonics.trigonometric_polynomial import DEGREE, TrigonometricPolynomial
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import joined, thousands
 
@@ -94,7 +95,7 @@ class DifferentEquationsError(GdAnalyzeError):
 
 
 def symbolic_equations(
-    arm: RobotArm, elements: Sequence[str] = (), *, progress: Callable[[int], None] = lambda _: None
+    arm: RobotArm, elements: Sequence[str] = (), *, progress: Progress = NO_PROGRESS
 ) -> SymbolicEquations:
     """Find elements of D, h_ijk and c with the arm's numbers as symbols.
 
@@ -105,7 +106,7 @@ def symbolic_equations(
     elements
         Labels as for `equations`; by default all, of arms of up to `MOST_JOINTS` joints.
     progress
-        Called with 1 after each of `elements_named`.
+        Told the elements done.
 
     Returns
     -------
@@ -132,7 +133,9 @@ def symbolic_equations(
     source = _Source(arm)
     out: list[SymbolicElement] = []
     worst = 0.0
-    for kind, indices, by_itself in elements_named(elements, arm.n_joints):
+    named = elements_named(elements, arm.n_joints)
+    progress.stage("deriving", len(named))
+    for kind, indices, by_itself in named:
         label = kind + joined(indices)
         try:
             effects = source.element(kind, indices)
@@ -152,7 +155,7 @@ def symbolic_equations(
             out += [
                 SymbolicElement(label, effect, terms) for effect, terms in zip(names, written, strict=True)
             ]
-        progress(1)
+        progress.advance()
     used = {symbol for element in out for term in element.terms for symbol, _ in term.symbols}
     used |= {
         source.used_angles[joint - arm.n_joints]

@@ -76,7 +76,7 @@ class Workspace:
         if not (shapes and (self.lower < self.upper).all()):
             raise UsageError(
                 "these are not corners of a box",
-                where="--within",
+                where="within",
                 expected="x, y and z of the lower corner, then of the upper one, each larger, m",
                 found=", ".join(f"{x:g}" for corner in corners for x in corner.ravel()),
             )
@@ -257,7 +257,7 @@ class _Search:
             return within
         raise UsageError(
             "no exciting motion was found that keeps the end effector in its box",
-            where="--within",
+            where="within",
             found=f"{number(far, 2)} m outside",
             next_step="take a larger box, or another seed",
         )

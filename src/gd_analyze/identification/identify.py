@@ -146,7 +146,7 @@ def identify(
         raise UsageError(
             "a payload's mass calibrates torques by a log that carries it",
             where="mass",
-            expected="a mass above 0 kg, and --loaded LOG",
+            expected="a mass above 0 kg, and a log as `loaded`",
             found=f"{mass:g} kg" if carrying else "no log with the payload",
         )
     with warnings.catch_warnings():
@@ -179,7 +179,7 @@ def _without_faults(arm: RobotArm, motion: Trajectory, faults: list[Fault], anyw
     useless = [fault for fault in told if fault.is_of_column]
     is_anything_left = bool(np.isfinite(_torque_read(motion)).any())
     if useless and not (anyway and is_anything_left):
-        further = "; --anyway (anyway=True) leaves it out" if is_anything_left else ""
+        further = "; anyway=True leaves it out" if is_anything_left else ""
         raise UsageError(
             "; ".join(fault.what[0].lower() + fault.what[1:] for fault in useless),
             where=where,
@@ -212,7 +212,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
             next_step=f"{typed_together([cause.remedy for cause in others])}; "
-            "--anyway (anyway=True) identifies all the same",
+            "anyway=True identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
     is_off = diagnosis.is_far_off or diagnosis.after.off > MUCH_TORQUE_SHARE

@@ -32,7 +32,7 @@ from gd_analyze.motions.missing import (
     unknown_torques,
 )
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
-from gd_analyze.motions.table import Columns, LogTable, Progress
+from gd_analyze.motions.table import Columns, LogTable
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.words import (
     Meaning,
@@ -44,6 +44,7 @@ from gd_analyze.motions.words import (
     units_of,
     words_of,
 )
+from gd_analyze.progress import Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS, UNITS

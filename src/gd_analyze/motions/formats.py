@@ -23,9 +23,10 @@ from gd_analyze.motions.arrays_and_lists import (
 )
 from gd_analyze.motions.reading import Reading, refusal
 from gd_analyze.motions.ros import echoed_names, read_bag
-from gd_analyze.motions.table import LogTable, ParquetTable, Progress, no_progress
+from gd_analyze.motions.table import LogTable, ParquetTable
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.velocities import contradictions
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import in_python, visible
 
 _LFS = b"version https://git-lfs"
@@ -203,7 +204,7 @@ def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints:
     columns = [*range(has_time), *(k + joint for k in begins for joint in range(joints))]
     if not begins or not all(_is_numeric(table, k) for k in columns[:has_time]):
         return ["q"]
-    numbers = table.read(columns, (), no_progress).numbers
+    numbers = table.read(columns, (), NO_PROGRESS).numbers
     numbers = numbers[np.isfinite(numbers).all(axis=1)]
     blocks = np.split(numbers[:, has_time:], len(begins), axis=1)
     roles = ["q"]

@@ -11,27 +11,29 @@ from types import NoneType
 
 import numpy as np
 
+from gd_analyze.arguments import strict
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
 from gd_analyze.motions.limits import check_against_arm, warn_if_radians
 from gd_analyze.motions.log import Log, log_of
 from gd_analyze.motions.reading import Reading, Treatment, refusal
-from gd_analyze.motions.table import Progress, no_progress
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
 from gd_analyze.text import visible
 
 
+@strict
 def read_trajectory(
     path_or_name: str | Path,
     arm: RobotArm | str | Path,
     reading: Reading | None = None,
     treatment: Treatment | None = None,
     *,
-    progress: Progress = no_progress,
+    progress: Progress = NO_PROGRESS,
 ) -> Trajectory:
     """Read a trajectory for an arm, or the log of a motion.
 
@@ -46,7 +48,7 @@ def read_trajectory(
     treatment
         How to treat readings; by default chosen by rule.
     progress
-        Called with the amount read and the total.
+        Told how much is read, see `Progress`.
 
     Returns
     -------
@@ -98,12 +100,13 @@ def motion_of(
     return trajectory
 
 
+@strict
 def read_log(
     path_or_name: str | Path,
     arm: RobotArm | str | Path,
     reading: Reading | None = None,
     *,
-    progress: Progress = no_progress,
+    progress: Progress = NO_PROGRESS,
 ) -> Log:
     """Read the motion of an arm from a log or a file of set points, without treating it.
 
@@ -116,7 +119,7 @@ def read_log(
     reading
         How to read the log; fields left out are inferred from the log.
     progress
-        Called with the amount read and the total.
+        Told how much is read, see `Progress`.
 
     Returns
     -------
@@ -171,7 +174,7 @@ def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> s
     path = Path(path_or_name)
     joints = sorted({joint for chain in paths.values() for joint in chain}, key=len, reverse=True)
     try:
-        table = log_table(path, Reading(), None, no_progress, 1)
+        table = log_table(path, Reading(), None, NO_PROGRESS, 1)
     except (TrajectoryError, OSError):
         return None  # reading it for an arm gives a better message
     named = set()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -12,9 +12,10 @@ import numpy as np
 
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable, Progress, missing_library, no_progress
+from gd_analyze.motions.table import ArrayTable, missing_library
 from gd_analyze.motions.text import is_number
 from gd_analyze.motions.words import TARGET, words_of
+from gd_analyze.progress import NO_PROGRESS, Progress
 
 _STATE, _TRAJECTORY = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
 _CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
@@ -31,7 +32,7 @@ _INTEGER = re.compile(r"[0-9]{1,19}")
 _MESSAGES_PER_REPORT = 1000
 
 
-def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progress) -> ArrayTable:
+def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGRESS) -> ArrayTable:
     """Read one topic of a rosbag2 (.db3, .mcap or folder, with or without metadata.yaml) or ROS 1 bag."""
     try:
         from rosbags.highlevel import AnyReader
@@ -41,16 +42,14 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = no_progr
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             chosen = _connections(reader.connections, topic, path)
-            total = sum(connection.msgcount for connection in chosen)
             states = all(connection.msgtype == _STATE for connection in chosen)
             commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
             messages = (
                 (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
                 for connection, received, raw in reader.messages(connections=chosen)
             )
-            table = _gathered(path, messages, commanded, lambda count: progress(count, total))
-            progress(total, total)
-            return table
+            progress.stage("reading", sum(connection.msgcount for connection in chosen))
+            return _gathered(path, messages, commanded, progress)
     except TrajectoryError:
         raise
     # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
@@ -132,7 +131,7 @@ def _gathered(
     path: str | Path,
     messages: Iterable[tuple[Any, str, int]],
     commanded: bool,
-    report: Callable[[int], None],
+    progress: Progress,
 ) -> ArrayTable:
     """Rows of messages, each with its kind and time of arrival, ns; nan for missing joints.
 
@@ -157,8 +156,8 @@ def _gathered(
                 column.append(value)
             stamps.append(stamp + later)
             arrivals.append(received + later)
-        if not number % _MESSAGES_PER_REPORT:
-            report(number)
+        if (number + 1) % _MESSAGES_PER_REPORT == 0:
+            progress.advance(_MESSAGES_PER_REPORT)
     if not columns:
         expected = "messages with names and positions of joints"
         content = f"{len(stamps)} messages without numbers" if stamps else "no message"

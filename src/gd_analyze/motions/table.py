@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date
 from pathlib import Path
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
+from gd_analyze.progress import Progress
 from gd_analyze.text import LARGEST, in_python, visible
 
 # 2025-03-04T10:20:30.016Z, 04.03.2025 10:20:30,016, 10:20:30.016; not 03/04/2025, which has two meanings.
@@ -27,17 +28,10 @@ _INSTANT = re.compile(
 )
 _EPOCH = date(1970, 1, 1).toordinal()
 
-# Called with the amount read and the total.
-Progress = Callable[[int, int], None]
-
 # Number of first rows by which a column is judged.
 HEAD_ROWS = 200
 # More wrong rows than this are another format.
 MOST_WRONG = 1000
-
-
-def no_progress(_done: int, _total: int) -> None:
-    """Ignore progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +156,6 @@ class ArrayTable(LogTable):
         table = np.empty((len(self.columns[0]), len(numbers)))
         for k, column in enumerate(numbers):
             table[:, k] = self.columns[column]
-        progress(1, 1)
         wrong = {**too_large(self, table, numbers), **self.wrong}
         return Columns(table, tuple(Stamps.of(self.columns[column]) for column in stamps), wrong=wrong)
 
@@ -230,6 +223,7 @@ class ParquetTable(LogTable):
         instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]
         columns = sorted({*numbers, *stamps})
         row, groups = 0, self._file.metadata.num_row_groups
+        progress.stage("reading", groups)
         try:
             for group in range(groups):
                 names = dict.fromkeys(self._fields[k][0] for k in columns)
@@ -240,7 +234,7 @@ class ParquetTable(LogTable):
                 for parts, k in zip(instants, stamps, strict=True):
                     parts.append(self._numbers(arrays[k]))
                 row += read.num_rows
-                progress(group + 1, groups)
+                progress.advance()
         except self._errors as error:
             raise self._broken(error) from None
         wrong = too_large(self, table, numbers)

@@ -25,12 +25,11 @@ from gd_analyze.motions.table import (
     MOST_WRONG,
     Columns,
     LogTable,
-    Progress,
     Stamps,
     nanoseconds_in,
-    no_progress,
 )
 from gd_analyze.motions.words import is_of_set_points, unit_in_words
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import LARGEST, in_python, number_in
 
 # A separate line where the motion between the set points above and below is unknown.
@@ -232,7 +231,7 @@ class TextTable(LogTable):
     def require_constant(self, first: Mapping[int, str], *, or_empty: bool = False) -> None:
         """Raise a TrajectoryError if a text column is not constant, or is empty unless `or_empty`."""
         columns = sorted(first)
-        for block in self._blocks(no_progress):
+        for block in self._blocks():
             frame = self._parsed(block, columns, frozenset(columns)) if block.numbers else {}
             if frame is None:
                 raise next((error for _, error in self._wrong(block, (), ())), self._no_table(block))
@@ -283,19 +282,19 @@ class TextTable(LogTable):
 
     def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
         """Line and cells of every row, or why it cannot be read."""
-        for block in self._blocks(no_progress):
+        for block in self._blocks():
             wrong = dict(self._wrong(block, (), ())) if block.numbers else {}
             for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
                 yield number, wrong[row] if row in wrong else self._cells(line, number)
 
     def _line(self, row: int) -> tuple[int, str]:
-        blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks(no_progress))
+        blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks())
         return next(islice(chain.from_iterable(blocks), row, None))
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order, in one pass through the file."""
         lines, before = list[int](), 0
-        for block in self._blocks(no_progress):
+        for block in self._blocks():
             end = before + len(block.numbers)
             lines += [block.numbers[row - before] for row in rows if before <= row < end]
             before = end
@@ -458,15 +457,15 @@ class TextTable(LogTable):
             return Stamps.of(values)
         return Stamps(base, np.array(offsets))
 
-    def _blocks(self, progress: Progress) -> Iterator[_Block]:
+    def _blocks(self, progress: Progress = NO_PROGRESS) -> Iterator[_Block]:
         """The rows, some megabytes at a time, split between lines."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
-        number, read_bytes, tail = 1, 0, b""
+        number, tail = 1, b""
+        progress.stage("reading", size or None)
         with self._opened() as file:
             while True:
                 piece = file.read(_BLOCK_BYTES)
-                read_bytes += len(piece)
-                progress(read_bytes, max(size, read_bytes))
+                progress.advance(len(piece))
                 data = tail + piece
                 cut = data.rfind(b"\n") + 1 if piece else len(data)
                 tail = data[cut:]

@@ -10,26 +10,26 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
 from gd_analyze.formulas.formula import Formula, Power, Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
+from gd_analyze.operations.program import OperationCount
+from gd_analyze.report.document import legend_of
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import gamma_size, worst_error
+from gd_analyze.results.model_facts import gamma_size, structure_note, worst_error
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_result import stop_rows
-from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.text import percent, pretty, share_up
+from gd_analyze.simplification.harmonic import ENERGY, TERM
+from gd_analyze.text import percent, pretty, share_up, thousands
 
 # Lowest and highest decade of the axis of errors over the budget.
 _LOWEST_DECADE = -2
 _HIGHEST_DECADE = 1
 _MATHS = PageMathML()
-_PAREN = '<math class="paren"><mo stretchy="false">{}</mo></math>'
 _QUANTITIES = {"D": "inertia", "J": "drive", "h": "coriolis_centrifugal", "c": "gravity_loading"}
 
 
@@ -81,7 +81,7 @@ class BudgetPath:
         return out
 
     def data(self, findings: Findings) -> dict[str, Any]:
-        """Values for the page's script; positions of errors are percent of their axis."""
+        """Models by position, for the page and its script; positions of errors are percent of their axis."""
         model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
         of_peak = model.accuracy.asked.shares_of == "peak torque"
         errors, limits = (
@@ -106,6 +106,38 @@ class BudgetPath:
             "shares_of": model.accuracy.asked.shares_of,
             "unit": [joint.effort_unit for joint in findings.arm.joints],
         }
+
+
+def budget_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
+    """The slider: named budgets, models by position, and the exact counts beside theirs.
+
+    Without other models "path" is None, and "reason" says why.
+    """
+    model, kind = findings.model, made_of(findings)
+    reason = ""
+    if not path.moves and len(path.rows) > 1 and kind != "exact":
+        low, high = (budget_words(path.rows[k]["budget"]) for k in (0, -1))
+        same = "the model stays the same" if model.saves else "dropping terms would not save an operation"
+        reason = f"No other model from {low} to {high}: {same}."
+    apart = model.form.functions.operations if path.moves and kind == "terms" else None
+    return {
+        "stops": [
+            {"position": row["position"], "own": row["own"], "words": row["words"]}
+            | {"budget": budget_words(row["budget"])}
+            for row in stop_rows(findings)
+        ],
+        "path": path.data(findings) if path.moves else None,
+        "reason": reason,
+        "made_of": kind,
+        "kept_of": thousands(model.size[1]),
+        "torque_full": _counts(model.operations_full),
+        "apart_full": None if apart is None else _counts(apart),
+        "worst": percent(float(model.accuracy.shares.max(initial=0.0))),
+    }
+
+
+def _counts(operations: OperationCount) -> dict[str, int]:
+    return {"operations": operations.total, "angles": operations.sines_cosines}
 
 
 def place(ratio: float) -> float:
@@ -168,11 +200,6 @@ class _Term:
     def negative(self) -> bool:
         return self.summand.weight < 0.0
 
-    def body(self, *, bracketed: bool) -> str:
-        factors, velocities, weight = self.summand
-        powers = factors if bracketed else factors + velocities
-        return f"<math>{_MATHS.product(Product(abs(weight), powers))}</math>"
-
 
 # Terms of an element by velocities, by other factors, and by the coefficient as it is written.
 _Line = dict[tuple[Power, ...], dict[tuple[Power, ...], dict[str, _Term]]]
@@ -187,52 +214,55 @@ class _Writer(NamedTuple):
     def shown(self, terms: list[_Term]) -> list[_Term]:
         return [term for term in terms if self.asked in term.budgets]
 
-    def term(self, term: _Term, *, bracketed: bool, turned: bool, first: bool) -> str:
-        negative = term.negative != turned
-        kind = f"term{' first' if first else ''}{' negative' if negative else ''}"
-        hidden = "" if self.asked in term.budgets else " hidden"
-        flags = "".join("1" if k in term.budgets else "0" for k in range(self.budgets))
-        inside = f"<wbr>{_sign(negative)}{term.body(bracketed=bracketed)}"
-        return f'<span class="{kind}" data-kept="{flags}"{hidden}>{inside}</span>'
+    def term(self, term: _Term, *, bracketed: bool, turned: bool, first: bool) -> dict[str, Any]:
+        factors, velocities, weight = term.summand
+        powers = factors if bracketed else factors + velocities
+        return {
+            "mathml": f"<math>{_MATHS.product(Product(abs(weight), powers))}</math>",
+            "negative": term.negative != turned,
+            "first": first,
+            "hidden": self.asked not in term.budgets,
+            "kept": "".join("1" if k in term.budgets else "0" for k in range(self.budgets)),
+        }
 
-    def group(self, velocities: tuple[Power, ...], terms: list[_Term], *, first: bool) -> str:
+    def group(self, velocities: tuple[Power, ...], terms: list[_Term], *, first: bool) -> dict[str, Any]:
         """Terms with the same velocities, in a bracket if there are several; the first sign precedes it."""
         visible = self.shown(terms)
         leads = visible[:1]
         if len(terms) == 1 or not velocities:
-            return "".join(
+            inside = [
                 self.term(term, bracketed=False, turned=False, first=first and term in leads)
                 for term in terms
-            )
+            ]
+            return {"bracketed": False, "terms": inside}
         turned = (leads or terms)[0].negative
-        kind = "bracket first" if first and visible else "bracket"
-        kind += " single" if len(visible) == 1 else ""
-        kind += " negative" if turned else ""
-        inside = "".join(
-            self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms
-        )
         space = _MATHS.between_factors
-        behind = f"<math>{space}{space.join(map(_MATHS.power, velocities))}</math>"
-        return (
-            f'<span class="{kind}"{"" if visible else " hidden"}><wbr>{_sign(turned)}'
-            f"{_PAREN.format('(')}{inside}{_PAREN.format(')')}{behind}</span>"
-        )
+        return {
+            "bracketed": True,
+            "terms": [self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms],
+            "negative": turned,
+            "first": first and bool(visible),
+            "single": len(visible) == 1,
+            "hidden": not visible,
+            "velocities": f"<math>{space}{space.join(map(_MATHS.power, velocities))}</math>",
+        }
 
-    def element(self, left: Symbol, line: _Line) -> str:
-        out, first = [], True
+    def element(self, left: Symbol, line: _Line) -> dict[str, Any]:
+        groups, first = [], True
         for velocities, by_factors in line.items():
             terms = [term for versions in by_factors.values() for term in versions.values()]
-            out.append(self.group(velocities, terms, first=first))
+            groups.append(self.group(velocities, terms, first=first))
             first = first and not self.shown(terms)
-        return (
-            f'<div class="equation-of {_QUANTITIES[left.letter]}" role="group" '
-            f'aria-label="{left.letter}{left.index}"{" hidden" if first else ""}>\n'
-            f'<p class="left">{_MATHS.left(Formula(left, ()))}</p>\n'
-            f'<p class="line">{"".join(out)}</p>\n</div>\n'
-        )
+        return {
+            "quantity": _QUANTITIES[left.letter],
+            "label": f"{left.letter}{left.index}",
+            "left": _MATHS.left(Formula(left, ())),
+            "groups": groups,
+            "hidden": first,
+        }
 
 
-def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
+def budget_equations(findings: Findings, path: BudgetPath) -> list[dict[str, Any]]:
     """Write D, J (drives), h and c by element, with all terms that any budget keeps.
 
     Coefficients are the model's, and the exact ones of terms that it drops.
@@ -247,16 +277,24 @@ def budget_equations(findings: Findings, path: BudgetPath) -> Markup:
                 versions = elements[formula.left][summand.velocities][summand.factors]
                 versions.setdefault(written, _Term(summand)).budgets.add(k)
     writer, order = _Writer(len(path.rows), path.asked), [*_QUANTITIES]
-    ordered = sorted(elements, key=lambda left: (order.index(left.letter), _place(left)))
-    return Markup("".join(writer.element(left, elements[left]) for left in ordered))
+    ordered = sorted(elements, key=lambda left: (order.index(left.letter), _joints(left)))
+    return [writer.element(left, elements[left]) for left in ordered]
 
 
-def _place(left: Symbol) -> list[int]:
+def terms_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
+    """The model's terms as the slider moves them, with what explains them."""
+    model = findings.model
+    structure, _, gamma = structure_note(model).partition("\n")
+    return {
+        "structure": structure,
+        "gamma": gamma,
+        "elements": budget_equations(findings, path),
+        "legend": legend_of(model.equations.legend),
+        "own_coefficients": model.level is ENERGY,
+    }
+
+
+def _joints(left: Symbol) -> list[int]:
     """Joints of an element's index, for sorting."""
     joints = left.index.split(",") if "," in left.index else [*left.index]
     return [*map(int, joints)]
-
-
-def _sign(negative: bool) -> str:
-    kind, sign = ("minus", "−") if negative else ("plus", "+")
-    return f'<math class="sign {kind}"><mo lspace="0" rspace="0">{sign}</mo></math>'

@@ -1,37 +1,45 @@
-"""A result as terminal text: one renderer for every verb."""
+"""A document as terminal text: one renderer for every verb."""
 
 from __future__ import annotations
 
 import re
 import textwrap
 import unicodedata
-from collections.abc import Callable, Iterator, Sequence
-from itertools import groupby
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
-from gd_analyze.result import AnyFact, Equations, Part, Result, Section, SeenFact, Table
 from gd_analyze.text import short_name, visible
+
+if TYPE_CHECKING:
+    from gd_analyze.report.document import Document
 
 WIDTH = 80
 # Length of a shortened name.
 _LEAST_NAME = 12
 _NARROWEST_HEADING = 9
+_Json = Mapping[str, Any]
 # Heading lines and cells of a column.
 _Block = tuple[list[str], list[str]]
 _UNIT = re.compile(r"(?<=\d) (?:%|[nµmkM]?N m\b|[nµmkM]?N\b|s\b|rad\b|m\b|kg\b|×)")
 
 
-def text_of(result: Result, width: int = WIDTH, bold: Callable[[str], str] = str) -> str:
-    """Write a result as lines of `width` columns; tables whose numbers need more are wider.
+def text_of(document: Document, width: int = WIDTH, bold: Callable[[str], str] = str) -> str:
+    """Write a document as lines of `width` columns; tables whose numbers need more are wider.
 
     `bold` marks up headings.
     """
-    lines = [bold(line) for line in wrapped(f"{result.title} {result.subtitle}".strip(), width)]
-    lines += wrapped(result.headline, width)
-    lines += _parts((*result.facts, *result.parts), width, bold)
-    for notice in result.notices:
+    content = document.content
+    lines = [bold(line) for line in wrapped(f"{content['title']} {content['subtitle']}".strip(), width)]
+    lines += wrapped(content["headline"], width)
+    facts, parts = content["facts"], content["parts"]
+    # Facts that begin the parts continue the first ones.
+    if parts and parts[0]["kind"] == "facts":
+        facts, parts = [*facts, *parts[0]["facts"]], parts[1:]
+    lines += [*_facts(facts, width), *_parts(parts, width, bold)]
+    for notice in content["notices"]:
         lines += ["", *wrapped(notice, width)]
-    if result.notes:
-        lines += [f"{len(result.notes)} {'notes' if len(result.notes) > 1 else 'note'} in the report."]
+    if notes := content["notes"]:
+        lines += [f"{len(notes)} {'notes' if len(notes) > 1 else 'note'} in the report."]
     return "\n".join(lines) + "\n"
 
 
@@ -44,74 +52,71 @@ def wrapped(text: str, width: int, indent: str = "") -> list[str]:
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def _parts(parts: Sequence[Part], width: int, bold: Callable[[str], str]) -> Iterator[str]:
-    """Lines of parts, a blank one before each; facts that follow each other stand together."""
-    for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
-        if are_facts:
-            yield from _facts([fact for fact in alike if isinstance(fact, SeenFact)], width)
+def _parts(parts: Sequence[_Json], width: int, bold: Callable[[str], str]) -> Iterator[str]:
+    """Lines of parts, a blank one before each."""
+    for part in parts:
+        kind = part["kind"]
+        if kind == "facts":
+            yield from _facts(part["facts"], width)
             continue
-        for part in alike:
-            assert not isinstance(part, AnyFact)
-            title, lines, below = part.title, [], _lines(part.note, width)
-            if isinstance(part, Table):
-                lines = _table(part, width)
-                if unit := _unit_of_all(part):
-                    title = f"{title}, {unit}"
-                if part.top is not None and part.top < part.n_rows:
-                    title += f" ({part.top} of {part.n_rows})"
-            elif isinstance(part, Equations) and part.lines:
-                lines, below = _formulas((*part.lines, *part.legend_lines), width), []
-                if part.most_lines is not None and len(lines) > part.most_lines:
-                    lines = [
-                        f"The equations take {len(lines)} lines: --json has them, and the main job's report."
-                    ]
-                lines = [*_lines(part.note, width), *lines]
-            elif isinstance(part, Section):
-                lines, below = [*below, *_parts(part.parts, width, bold)], []
-                if not part.title and not part.note:
-                    yield from lines
-                    continue
-            if lines:
-                yield from ("", *map(bold, wrapped(title, width)), *lines, *below)
+        title, lines, note = part["title"], [], _lines(part["note"], width)
+        if kind == "table":
+            lines = _table(part, width)
+            if unit := _unit_of_all(part):
+                title = f"{title}, {unit}"
+            if part["rows"] < part["of"]:
+                title += f" ({part['rows']} of {part['of']})"
+            lines = [*lines, *note] if lines else []
+        elif kind == "equations" and part["lines"]:
+            lines = _formulas([*part["lines"], *part["legend"]["lines"]], width)
+            if part["most_lines"] is not None and len(lines) > part["most_lines"]:
+                lines = [
+                    f"The equations take {len(lines)} lines: --json has them, and the main job's report."
+                ]
+            lines = [*note, *lines]
+        elif kind == "section":
+            lines = [*note, *_parts(part["parts"], width, bold)]
+            if not title and not note:
+                yield from lines
+                continue
+        if lines:
+            yield from ("", *map(bold, wrapped(title, width)), *lines)
 
 
-def _lines(note: str, width: int) -> list[str]:
-    return [line for paragraph in note.split("\n") for line in wrapped(paragraph, width)]
+def _lines(paragraphs: Sequence[str], width: int) -> list[str]:
+    return [line for paragraph in paragraphs for line in wrapped(paragraph, width)]
 
 
-def _facts(facts: Sequence[SeenFact], width: int) -> Iterator[str]:
+def _facts(facts: Sequence[_Json], width: int) -> Iterator[str]:
     if facts:
         yield ""
-    room = min(max((_length(fact.label) for fact in facts), default=0), 3 * width // 5)
+    room = min(max((_length(fact["label"]) for fact in facts), default=0), 3 * width // 5)
     for fact in facts:
-        *above, label = wrapped(fact.label, room)
+        *above, label = wrapped(fact["label"], room)
         yield from above
         start = label + " " * (room - _length(label)) + "  "
-        first, *further = wrapped(fact.written, max(width - _length(start), 16)) or [""]
+        first, *further = wrapped(fact["text"], max(width - _length(start), 16)) or [""]
         yield (start + first).rstrip()
         yield from (" " * (room + 2) + line for line in further)
 
 
-def _table(table: Table, width: int) -> list[str]:
-    """Headings, which wrap, a rule, and the rows; nothing for a table without rows to show."""
-    columns = table.shown()
-    if not columns or not columns[0][2]:
+def _table(table: _Json, width: int) -> list[str]:
+    """Headings, which wrap, a rule, and the rows; nothing for a table of columns for pages only."""
+    columns = _columns(table)
+    if not columns:
         return []
     blocks: list[_Block] = []
-    for column, unit, texts in columns:
-        cells = list(map(visible, texts))
-        words = visible(column.label).split(" ")
+    is_in_title = bool(_unit_of_all(table))
+    for column in columns:
+        cells = list(map(visible, column["cells"]))
+        words = visible(column["label"]).split(" ")
         room = max(_NARROWEST_HEADING, *map(_length, cells), *map(_length, words))
-        blocks.append(([*wrapped(column.label, room), *([unit] if unit else [])], cells))
-    if _unit_of_all(table):
-        blocks = [
-            (heading[: -bool(unit) or None], cells)
-            for (heading, cells), (_, unit, _) in zip(blocks, columns, strict=True)
-        ]
-    sides = [column.is_text for column, _, _ in columns]
+        unit = [column["unit"]] if column["unit"] and not is_in_title else []
+        blocks.append(([*wrapped(column["label"], room), *unit], cells))
+    sides = [column["is_text"] for column in columns]
     excess = sum(_width(*block) + 2 for block in blocks) - 2 - width
-    for k, (column, _, _) in enumerate(columns):
-        if column.shown == "name" and excess > 0:
+    for k, column in enumerate(columns):
+        if column["shown"] == "name" and excess > 0:
             heading, cells = blocks[k]
             room = max(_LEAST_NAME, _width(heading, cells) - excess)
             excess -= max(_width(heading, cells) - room, 0)
@@ -129,10 +134,15 @@ def _table(table: Table, width: int) -> list[str]:
     return [*lines[:deepest], rule, *lines[deepest:]]
 
 
-def _unit_of_all(table: Table) -> str:
+def _columns(table: _Json) -> list[_Json]:
+    """Columns for which a terminal has room."""
+    return [column for column in table["columns"] if not column["pages_only"]]
+
+
+def _unit_of_all(table: _Json) -> str:
     """The unit of all numbers of a table, which its title states; "" if they differ, or there is no title."""
-    units = {unit for column, unit, _ in table.shown() if column.is_number}
-    return units.pop() if len(units) == 1 and table.title else ""
+    units = {column["unit"] for column in _columns(table) if column["is_number"]}
+    return units.pop() if len(units) == 1 and table["title"] else ""
 
 
 def _wrapped_cells(blocks: list[_Block], are_text: Sequence[bool], excess: int) -> list[_Block]:

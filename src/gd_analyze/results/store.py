@@ -21,7 +21,8 @@ from gd_analyze.files import path_of, replacing, warn_of_others
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.hdf5 import read_attributes, read_table, write_tables
 from gd_analyze.results.motion_tables import trajectory_in
-from gd_analyze.robots.description import arm_from_description, describe_in_full
+from gd_analyze.robots.arm_file import arm_in
+from gd_analyze.robots.description import describe
 from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.harmonic import TERM
@@ -75,7 +76,7 @@ def write_results(findings: Findings, path: Path) -> None:
     if findings.element_model is not findings.model:
         models["element_model"] = findings.element_model
     documents = {name: document_of(model).model_dump(mode="json") for name, model in models.items()} | {
-        "arm": describe_in_full(findings.arm),
+        "arm": describe(findings.arm),
         "ranked_terms": [TERM.entry(term) for term in findings.ranked_terms],
     }
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
@@ -106,7 +107,7 @@ def load_findings(path: str | Path) -> Findings:
     file = _opened(path)
     attributes, tables = read_attributes(file), _read(file, MOST_KEPT)
     documents = json.loads(tables.pop("documents").json.values.tobytes())
-    arm = arm_from_description(documents["arm"])
+    arm = arm_in(documents["arm"])
     model = elements = _model(documents["model"])
     if "element_model" in documents:
         elements = _model(documents["element_model"])

@@ -18,6 +18,7 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
+from gd_analyze.robots.frames import CONVENTIONS
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
 from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
 
@@ -43,7 +44,8 @@ class RobotArm:
     drives
         One per joint, or empty.
     dh_table, convention
-        The table the arm was built from, for display; empty when it was built otherwise.
+        The Denavit-Hartenberg table the arm was built from, "standard" or "modified"; empty, "placement",
+        when it was built otherwise.
     sources, assumptions
         Origin of the numbers, and those that are not published.
     doubts
@@ -70,7 +72,7 @@ class RobotArm:
     title: str = ""
     drives: tuple[Drive, ...] = ()
     dh_table: tuple[DHRow, ...] = ()
-    convention: str = ""
+    convention: Literal["standard", "modified", "placement"] = "placement"
     sources: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
@@ -81,8 +83,12 @@ class RobotArm:
 
     def __post_init__(self) -> None:
         where = f"arm {self.name}"
-        for name in ("name", "title", "convention"):
+        for name in ("name", "title"):
             require_name(getattr(self, name), f"an arm's {name}", where)
+        if self.convention not in (*CONVENTIONS, "placement"):
+            message, words = "the arm has an unknown convention", ", ".join(CONVENTIONS)
+            value_text = in_python(self.convention)
+            raise ArmError(message, where=where, expected=f"{words}, placement", found=value_text)
         for text in (*self.sources, *self.assumptions, *self.doubts):
             if not is_sentence(text):
                 message, value_text = "a source, an assumption or a doubt is not printable", in_python(text)
@@ -210,11 +216,10 @@ class RobotArm:
 
 def _limits_text(joint: Joint) -> tuple[str, str]:
     """Range (revolute joints: in degrees) and velocity limit with units; a dash where unknown."""
-    ends = [end for end in (joint.lower, joint.upper) if end is not None and math.isfinite(end)]
+    ends = [end for end in (joint.lower, joint.upper) if end is not None]
     scale, unit = (180 / math.pi, "°") if joint.kind == "revolute" else (1.0, "m")
     span = " .. ".join(f"{scale * end:.4g}" for end in ends)
-    limit = math.inf if joint.velocity_limit is None else joint.velocity_limit
-    velocity = f"{limit:.4g} {joint.unit}/s" if math.isfinite(limit) else "–"
+    velocity = "–" if joint.velocity_limit is None else f"{joint.velocity_limit:.4g} {joint.unit}/s"
     return f"{span} {unit}" if len(ends) == 2 else "–", velocity
 
 

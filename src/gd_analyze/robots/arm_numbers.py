@@ -9,41 +9,32 @@ from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError, UsageError
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.arm_toml import table_convention
-from gd_analyze.robots.frames import CONVENTIONS, angles_of, roll_pitch_yaw
-from gd_analyze.robots.parts import Link, Placement
+from gd_analyze.robots.arm_file import (
+    DH_JOINT,
+    DRIVE,
+    FILE,
+    JOINT,
+    LINK,
+    PLACED_JOINT,
+    PLACED_LINK,
+    arm_in,
+    keys_of,
+)
+from gd_analyze.robots.description import describe
+from gd_analyze.robots.frames import CONVENTIONS, angles_of
 from gd_analyze.robots.plausibility import inertia_physically_inconsistent, warn_of_implausible
 from gd_analyze.units import KINDS, UNITS, Quantity
 
 EXAMPLES = "link3.mass, link3.com.x, link3.inertia.xx, joint2.a (or a_mm), drive1.inertia, gravity.z"
-_NAME = re.compile(r"(?:(joint|link|drive)([1-9][0-9]*)\.)?([a-z_]+?)(_mm|_deg)?(?:\.([xyz]{1,2}))?")
-_VECTOR = ("x", "y", "z")
-_TENSOR = ("xx", "yy", "zz", "xy", "xz", "yz")
-# SI unit and components of the numbers of each part, by key.
-_KEYS: Mapping[str, Mapping[str, tuple[str, tuple[str, ...]]]] = {
-    "joint": {
-        "theta": ("rad", ()),
-        "d": ("m", ()),
-        "a": ("m", ()),
-        "alpha": ("rad", ()),
-        "xyz": ("m", _VECTOR),
-        "rpy": ("rad", _VECTOR),
-    },
-    "link": {
-        "mass": ("kg", ()),
-        "com": ("m", _VECTOR),
-        "inertia": ("kg m^2", _TENSOR),
-        "frame_xyz": ("m", _VECTOR),
-        "frame_rpy": ("rad", _VECTOR),
-    },
-    "drive": {"inertia": ("kg m^2 or kg", ())},
-    "": {"gravity": ("m/s^2", _VECTOR)},
+_NAME = re.compile(r"(?:(joint|link|drive)([1-9][0-9]*)\.)?([a-z_]+?)(_mm|_deg)?(?:\.([a-z]+))?")
+_KEYS = {
+    "joint": JOINT | DH_JOINT | PLACED_JOINT,
+    "link": LINK | PLACED_LINK,
+    "drive": DRIVE,
+    "": FILE,
 }
-_OF_TABLES = ("theta", "d", "a", "alpha")
-_OF_PLACEMENTS = ("xyz", "rpy", "frame_xyz", "frame_rpy")
 
 
 @dataclass(frozen=True)
@@ -54,7 +45,7 @@ class ArmNumber:
     part: str  # "joint", "link" or "drive", or "" for the arm as a whole
     index: int  # of the part, from 0
     key: str
-    component: str  # "x" of a vector, "xy" of a tensor, or ""
+    component: str  # "x" of a vector, "xy" of a tensor, "upper" of a range, or ""
     unit: str  # "mm" of "joint2.a_mm"
 
     @classmethod
@@ -64,12 +55,12 @@ class ArmNumber:
         if match is None:
             return None
         part, number, key, suffix, component = (word or "" for word in match.groups())
-        unit, components = _KEYS[part].get(key, ("", ()))
-        if not unit or (component not in components if components else component):
+        entry = _KEYS[part].get(key)
+        if entry is None or not entry.unit or component not in (entry.components or ("",)):
             return None
-        if suffix and unit != {"_mm": "m", "_deg": "rad"}[suffix]:
+        if suffix not in ("", entry.suffix()):
             return None
-        return cls(name, part, int(number or 1) - 1, key, component, suffix.removeprefix("_") or unit)
+        return cls(name, part, int(number or 1) - 1, key, component, suffix.removeprefix("_") or entry.unit)
 
     @property
     def factor(self) -> float:
@@ -107,7 +98,7 @@ def with_numbers(arm: RobotArm, given: Mapping[str, object]) -> RobotArm:
     GdAnalyzeWarning
         If numbers of the new arm are implausible.
     """
-    changed, seen = arm, dict[tuple[Any, ...], str]()
+    description, stated, seen = describe(arm), arm, dict[tuple[Any, ...], str]()
     for name, value in given.items():
         number = ArmNumber.named(name)
         if number is None:
@@ -115,13 +106,24 @@ def with_numbers(arm: RobotArm, given: Mapping[str, object]) -> RobotArm:
         other = seen.setdefault((number.part, number.index, number.key, number.component), name)
         if other != name:
             raise UsageError("the number is given twice", where=name, found=[other, name])
-        _require_of(arm, number)
         read = number.read(value)
+        _put(number, _table_with(number, description), read * number.factor)
         try:
-            changed = _replaced(changed, number, read * number.factor)
+            stated = arm_in(description)
         except ArmError as error:
             message = f"{name} = {read:g} {number.unit} gives no valid arm: {error.what}"
             raise ArmError(message, where=name, found=str(value)) from None
+    # What files do not state is kept, too: where a part is described, what it carries, the arm's tip.
+    changed = replace(
+        arm,
+        gravity=stated.gravity,
+        joints=tuple(replace(new, source=x.source) for new, x in zip(stated.joints, arm.joints, strict=True)),
+        links=tuple(
+            replace(new, source=x.source, bare=x.bare) for new, x in zip(stated.links, arm.links, strict=True)
+        ),
+        drives=stated.drives,
+        dh_table=stated.dh_table,
+    )
     listed = ", ".join(f"{name} = {value}" for name, value in given.items())
     known_faults = [fault for _, fault in inertia_physically_inconsistent(arm)]
     for _, fault in inertia_physically_inconsistent(changed):
@@ -132,65 +134,36 @@ def with_numbers(arm: RobotArm, given: Mapping[str, object]) -> RobotArm:
     return changed
 
 
-def _require_of(arm: RobotArm, number: ArmNumber) -> None:
-    """Raise a UsageError unless the arm has this number."""
-    count = {"joint": arm.n_joints, "link": arm.n_joints, "drive": len(arm.drives), "": 1}[number.part]
-    if number.index >= count:
-        message, expected = f"the arm has no {number.part} {number.index + 1}", f"{number.part}s 1 to {count}"
-        if not count:
+def _table_with(number: ArmNumber, description: dict[str, Any]) -> dict[str, Any]:
+    """The table that states a number in an arm's description; UsageError if the arm has no such number."""
+    tables = description[f"{number.part}s"] if number.part else [description]
+    if number.index >= len(tables):
+        message = f"the arm has no {number.part} {number.index + 1}"
+        expected = f"{number.part}s 1 to {len(tables)}"
+        if not tables:
             expected = "an arm with drives, in its file or by drive_inertia"
         raise UsageError(message, where=number.name, expected=expected)
-    placed = table_convention(arm) not in CONVENTIONS
-    if number.key in (_OF_TABLES if placed else _OF_PLACEMENTS):
-        given_by = "by placements" if placed else "in a Denavit-Hartenberg table"
-        keys = "joint2.xyz.x, joint2.rpy.z, link2.frame_xyz.x" if placed else "joint2.theta, .d, .a, .alpha"
-        message = f"the arm's frames are given {given_by}"
-        raise UsageError(message, where=number.name, expected=keys, found=number.name)
+    convention = description["convention"]
+    keys = keys_of(convention).get(f"{number.part}s", FILE)
+    if number.key not in keys:
+        given_by = f"a {convention} Denavit-Hartenberg table" if convention in CONVENTIONS else "placements"
+        message, known = f"the arm's frames are given by {given_by}", [key for key in keys if keys[key].unit]
+        raise UsageError(message, where=number.name, expected=", ".join(known), found=number.name)
+    return tables[number.index]
 
 
-def _replaced(arm: RobotArm, number: ArmNumber, value: float) -> RobotArm:
-    """Replace one number by a value in SI."""
-    i, key = number.index, number.key
-    joints, links, drives = list(arm.joints), list(arm.links), list(arm.drives)
-    if number.part == "drive":
-        drives[i] = replace(drives[i], inertia=value)
-        return replace(arm, drives=tuple(drives))
-    if key == "gravity":
-        return replace(arm, gravity=_with_component(arm.gravity, number, value))
-    if key in _OF_TABLES:
-        rows = list(arm.dh_table)
-        rows[i] = replace(rows[i], **{key: value})
-        before, behind = CONVENTIONS[table_convention(arm)][1](joints[i].kind, rows[i])
-        joints[i], links[i] = replace(joints[i], placement=before), replace(links[i], frame=behind)
-        return replace(arm, joints=tuple(joints), links=tuple(links), dh_table=tuple(rows))
-    if number.part == "joint":
-        joints[i] = replace(joints[i], placement=_placed(joints[i].placement, number, value))
+def _put(number: ArmNumber, table: dict[str, Any], value: float) -> None:
+    """Replace a number in its table by a value in SI; UsageError for one of several that are not stated."""
+    key, component = number.key, number.component
+    if key.endswith("rpy") and key not in table:
+        rotation = table.pop(key.replace("rpy", "rotation"))
+        table[key] = list(angles_of(np.array(rotation)))
+    if not component:
+        table[key] = value
+    elif key not in table:
+        message, hint = f"the arm does not state its {key}", "state it in its file"
+        raise UsageError(message, where=number.name, next_step=hint)
+    elif isinstance(table[key], dict):
+        table[key][component] = value
     else:
-        links[i] = _changed_link(links[i], number, value)
-    return replace(arm, joints=tuple(joints), links=tuple(links))
-
-
-def _changed_link(link: Link, number: ArmNumber, value: float) -> Link:
-    if number.key == "mass":
-        return replace(link, mass=value)
-    if number.key == "com":
-        return replace(link, com=_with_component(link.com, number, value))
-    if number.key == "inertia":
-        inertia = link.inertia_com.copy()
-        row, column = (_VECTOR.index(axis) for axis in number.component)
-        inertia[row, column] = inertia[column, row] = value
-        return replace(link, inertia_com=inertia)
-    return replace(link, frame=_placed(link.frame, number, value))
-
-
-def _placed(placement: Placement, number: ArmNumber, value: float) -> Placement:
-    if number.key.endswith("xyz"):
-        return replace(placement, translation=_with_component(placement.translation, number, value))
-    angles = _with_component(np.array(angles_of(placement.rotation)), number, value)
-    return replace(placement, rotation=roll_pitch_yaw(*angles.tolist()))
-
-
-def _with_component(vector: FloatArray, number: ArmNumber, value: float) -> FloatArray:
-    changed = vector.copy()
-    changed[_VECTOR.index(number.component)] = value
-    return changed
+        table[key][_KEYS[number.part][key].components.index(component)] = value

@@ -80,11 +80,8 @@ def modified_placements(kind: JointKind, row: DHRow) -> tuple[Placement, Placeme
     return before, Placement(_about(2, row.theta), np.array([0.0, 0.0, row.d]))
 
 
-# By its word in arm files: the convention's name, and the two placements of a row.
-CONVENTIONS = {
-    "standard": ("standard Denavit-Hartenberg", standard_placements),
-    "modified": ("modified Denavit-Hartenberg", modified_placements),
-}
+# The two placements of a row, by convention.
+CONVENTIONS = {"standard": standard_placements, "modified": modified_placements}
 
 
 @dataclass

@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.result import Column, Part, Result, Section, Shown, ShownAs, Table, Value
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.description import describe_in_full, fingerprint
+from gd_analyze.robots.description import describe, fingerprint
 from gd_analyze.robots.frames import angles_of
 from gd_analyze.robots.parts import Placement
 
@@ -23,7 +23,7 @@ _SHOWN: dict[str, ShownAs] = {"#": "count", "joint": "name", "link": "name", "mo
 
 def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
     """Tables of an arm, preceded by the warnings of reading it."""
-    document = {"suspicious": list(suspicious), **describe_in_full(arm), "fingerprint": fingerprint(arm)}
+    document = {"suspicious": list(suspicious), **describe(arm), "fingerprint": fingerprint(arm)}
     places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
     file_prefix = f"{files[0]}, " if len(files) == 1 else ""
@@ -100,7 +100,7 @@ def _dh_table(arm: RobotArm) -> Iterator[Table]:
         else:
             d = f"q + {d}" if row.d else "q"
         rows.append([joint.name, joint.kind, theta, d, a, alpha])
-    title = arm.convention[:1].upper() + arm.convention[1:]
+    title = f"{arm.convention.capitalize()} Denavit-Hartenberg"
     yield _table("geometry", title, ["joint", "kind", "theta °", "d m", "a m", "alpha °"], rows)
 
 

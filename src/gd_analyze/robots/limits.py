@@ -104,13 +104,14 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
             expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
             raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
-        if name != "all" and name not in names:
+        number = None if name == "all" else arm.joint_number(str(name))
+        if name != "all" and number is None:
             message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
-            expected = f"a joint of arm {arm.name}, or all: {', '.join(names)}"
+            expected = f"a joint of arm {arm.name} by name or number, or all: {', '.join(names)}"
             raise UsageError(message, where="--limits", expected=expected, next_step=hint)
-        for joint in names if name == "all" else [name]:
-            number = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
-            if number is None:
+        for joint in names if number is None else [names[number]]:
+            limit = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
+            if limit is None:
                 kind, unit = ("turns", "deg") if turns[joint] else ("slides", "mm")
                 message = f"this is no acceleration of joint {joint}, which {kind}"
                 expected, hint = (
@@ -119,7 +120,7 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
                 )
                 fault = f"{name}={value}"
                 raise UsageError(message, where="--limits", expected=expected, found=fault, next_step=hint)
-            limits[joint] = number
+            limits[joint] = limit
     return limits
 
 

@@ -104,6 +104,12 @@ def symmetric_tensor(
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
+def entries_of(tensor: FloatArray) -> dict[str, float]:
+    """Entries of a symmetric matrix, for `symmetric_tensor`."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor.tolist()
+    return {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz}
+
+
 def of_point_mass(mass: float, place: FloatArray) -> FloatArray:
     """Inertia of a point mass about the origin: the shift of the parallel-axis (Steiner) theorem."""
     added: FloatArray = mass * ((place @ place) * np.eye(3) - np.outer(place, place))
@@ -138,7 +144,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """One joint of one degree of freedom; limits are None if unknown."""
+    """One joint of one degree of freedom; limits are None if unknown, and infinite ones become None."""
 
     name: str
     kind: JointKind = "revolute"
@@ -162,9 +168,11 @@ class Joint:
             message = f"axis of {joint} is not a unit vector"
             raise ArmError(message, where=where, expected="length 1", found=f"length {length:g}")
         for limit in ("lower", "upper", "velocity_limit", "acceleration_limit"):
-            value = getattr(self, limit)
-            if not (isinstance(value, float) and math.isinf(value)):
-                _check(self, joint, where, **{limit: ()})
+            value, unknown = getattr(self, limit), -math.inf if limit == "lower" else math.inf
+            if isinstance(value, float) and value == unknown:
+                object.__setattr__(self, limit, None)
+                continue
+            _check(self, joint, where, **{limit: ()})
             if value is not None and limit.endswith("limit") and not value > 0:
                 message = f"{limit} of {joint} is not positive"
                 raise ArmError(message, where=where, expected="a positive number", found=f"{value:g}")
@@ -194,20 +202,17 @@ class Joint:
 class LinkUncertainty:
     """Standard uncertainties of a link's inertial parameters, independent of each other; None if not stated.
 
-    A payload is taken as exactly known: a link that carries one has `body_mass` and `body_com` without it.
+    A payload is taken as exactly known: they are those of the link without it.
     """
 
     mass: float | None = None  # kg
     com: FloatArray | None = None  # (3,), m, in the link frame
     inertia: FloatArray | None = None  # (3, 3), kg m^2, of the entries: xy and yx are the same number
     inertia_about: Literal["com", "origin"] = "com"  # reference point of the stated inertia
-    body_mass: float | None = None  # kg
-    body_com: FloatArray | None = None  # (3,), m
 
     def __post_init__(self) -> None:
         subject, where = "a link's uncertainty", "link uncertainty"
         _check(self, subject, where, ("mass", "com", "inertia"), mass=(), com=(3,), inertia=(3, 3))
-        _check(self, subject, where, ("body_mass",), body_mass=(), body_com=(3,))
         if self.inertia is not None and not np.array_equal(self.inertia, self.inertia.T):
             tensor_text = str(self.inertia.tolist())
             raise ArmError(f"inertia of {subject} is not symmetric", where=where, found=tensor_text)
@@ -240,6 +245,8 @@ class Link:
         if np.abs(inertia - inertia.T).max() > _SYMMETRY_TOLERANCE * np.abs(inertia).max():
             message, tensor_text = f"inertia_com of {link} is not symmetric", str(inertia.tolist())
             raise ArmError(message, where=where, expected="I = I^T", found=tensor_text)
+        # Rotations leave round-off between the halves.
+        object.__setattr__(self, "inertia_com", checked((inertia + inertia.T) / 2, (3, 3), link, where))
 
     @property
     def place(self) -> str:

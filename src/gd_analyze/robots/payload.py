@@ -13,7 +13,7 @@ from gd_analyze.arrays import array_of
 from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
-from gd_analyze.robots.parts import Link, of_point_mass, symmetric_tensor
+from gd_analyze.robots.parts import Link, entries_of, of_point_mass, symmetric_tensor
 from gd_analyze.robots.plausibility import check_payload
 from gd_analyze.text import number_in
 
@@ -54,24 +54,19 @@ def with_payload(
     """
     arm = arm_of(arm)
     load, turn = payload(mass, position, inertia), arm.tip_frame.rotation
-    moments = turn @ load.inertia_com @ turn.T
     com = turn @ load.com + arm.tip_frame.translation
-    body = dataclasses.replace(load, com=com, inertia_com=(moments + moments.T) / 2)
+    body = dataclasses.replace(load, com=com, inertia_com=turn @ load.inertia_com @ turn.T)
     for message in check_payload(body, arm.reach):
         warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     last = arm.links[-1]
     together = last.mass + body.mass
     com = (last.mass * last.com + body.mass * body.com) / together if together > 0 else last.com
     about_com = [part.inertia_com + of_point_mass(part.mass, part.com - com) for part in (last, body)]
-    stated = last.uncertainty
-    if stated is not None and stated.body_mass is None:
-        stated = dataclasses.replace(stated, body_mass=last.mass, body_com=last.com)
     merged = dataclasses.replace(
         last,
         mass=together,
         com=com,
         inertia_com=about_com[0] + about_com[1],
-        uncertainty=stated,
         bare=last.bare or last,
     )
     place = ", ".join(f"{x:g}" for x in load.com)
@@ -82,7 +77,7 @@ def with_payload(
 
 def carrying(arm: RobotArm, body: Link) -> RobotArm:
     """Attach a payload to an arm's end effector; the arm's name lists the payload's nonzero numbers."""
-    numbers = [f",{x:g}" for x in (*body.com, *body.inertia_com[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])]
+    numbers = [f",{x:g}" for x in (*body.com, *entries_of(body.inertia_com).values())]
     while numbers and numbers[-1] == ",0":
         numbers.pop()
     return dataclasses.replace(

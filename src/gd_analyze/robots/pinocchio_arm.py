@@ -80,7 +80,7 @@ def _arm_of_chain(
         inboard.add(link)
         link = notes.above.get(link, "")
     left_out = ", ".join(joint.name for joint in moving if _limits(tree.model, joint.index)[1])
-    stated, read_by = tree.format or "a Pinocchio model", f"Pinocchio {pin.__version__}"
+    read_by = f"Pinocchio {pin.__version__}"
     source = f"{visible(Path(notes.path).name)}: {tree.format}, "
     source += f"read by {read_by}." if tree.format == "URDF" else "with masses as MuJoCo compiles them."
     return RobotArm(
@@ -90,7 +90,6 @@ def _arm_of_chain(
         joints=tuple(_joint(tree, joint, place) for joint, place, _ in bodies),
         links=tuple(_link(tree, joint, body) for joint, _, body in bodies),
         drives=_drives(tree, moving),
-        convention=f"placements from {stated}",
         sources=(source if tree.format else f"A model in memory of {read_by}.",),
         assumptions=(
             *notes.assumptions,

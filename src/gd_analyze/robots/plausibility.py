@@ -160,7 +160,7 @@ def prismatic_range_in_millimetres(arm: RobotArm) -> PlacedFindings:
     """Gantries run along 100 m."""
     for joint in arm.joints:
         end = _end(joint)
-        if joint.kind == "prismatic" and 100.0 < end < math.inf:
+        if joint.kind == "prismatic" and end > 100.0:
             yield joint.place, f"the range goes to {end:g} m; if in mm, give m, or range_mm in TOML"
 
 
@@ -180,7 +180,7 @@ def velocity_in_degrees(arm: RobotArm) -> PlacedFindings:
     """The fastest wrists turn at 40 rad/s; even slow joints reach 60 degrees per second."""
     for joint in arm.joints:
         limit = joint.velocity_limit or 0.0
-        if joint.kind == "revolute" and 60.0 < limit < math.inf:
+        if joint.kind == "revolute" and limit > 60.0:
             advice = "if in degrees per second, give rad/s, or velocity_limit_deg in TOML"
             yield joint.place, f"the velocity limit is {limit:g} rad/s, faster than any arm; {advice}"
 
@@ -190,7 +190,7 @@ def velocity_in_turns_per_minute(arm: RobotArm) -> PlacedFindings:
     lengths = _lengths_beyond(arm)
     for joint, length in zip(arm.joints, lengths, strict=True):
         speed = (joint.velocity_limit or 0.0) * length
-        if joint.kind == "revolute" and 30.0 < speed < math.inf:
+        if joint.kind == "revolute" and speed > 30.0:
             limit = f"the velocity limit is {joint.velocity_limit:g} rad/s"
             yield joint.place, f"{limit}, {speed:.3g} m/s at the end of the stretched arm; is it in 1/min?"
             return

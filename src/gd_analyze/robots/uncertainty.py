@@ -69,8 +69,6 @@ def _stating(link: Link, stated: dict[str, Quantity]) -> Link:
             new = replace(new, com=np.full(3, value))
         else:
             new = replace(new, inertia=value * (np.abs(body.inertia_com) if is_share else np.eye(3)))
-    if link.bare:
-        new = replace(new, body_mass=body.mass, body_com=body.com)
     return replace(link, uncertainty=new)
 
 

@@ -38,12 +38,12 @@ class ReferenceTorques:
     peak: FloatArray  # largest magnitude of the exact torque, (n,)
     uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, (n,), if stated
 
-    def of(self, name: str, joint: int, option: str = "--budget") -> float:
-        """One of `_WHOLES` at a joint, from 0; a UsageError naming `option` if the arm does not state it."""
+    def of(self, name: str, joint: int, argument: str = "budget") -> float:
+        """One of `_WHOLES` at a joint, from 0; a UsageError for `argument` if the arm does not state it."""
         value = float(self.all(name)[joint])
         if np.isnan(value):
             message = f"a budget cannot be a share of {name}, as the arm states none"
-            where = f"{option}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"
+            where = f"{argument}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"
             next_step = f"state it in the arm file, or give one entry per joint, this one without {name}"
             raise UsageError(message, where=where, expected=_TO_STATE[name], next_step=next_step)
         return value
@@ -100,8 +100,8 @@ class Budget:
     ----------
     entries
         One or several allowances per entry; by default 1 % of peak torque.
-    option
-        Name of the option, for messages.
+    argument
+        Name of the argument, for messages.
 
     Raises
     ------
@@ -110,7 +110,7 @@ class Budget:
     """
 
     entries: tuple[tuple[Allowance, ...], ...] = ((Allowance(0.01),),)
-    option: str = field(default="--budget", compare=False, repr=False)
+    argument: str = field(default="budget", compare=False, repr=False)
 
     def __post_init__(self) -> None:
         of_any = (*_WHOLES, *_UNITS)
@@ -124,7 +124,7 @@ class Budget:
             )
 
     @classmethod
-    def parse(cls, text: str, option: str = "--budget") -> Self:
+    def parse(cls, text: str, argument: str = "budget") -> Self:
         """Read entries separated by commas: amounts separated by "or", of which the largest counts.
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
@@ -141,11 +141,11 @@ class Budget:
         >>> str(Budget.parse("1% or 10% of friction, 0.2"))
         '1% or 10% friction, 0.2 N m'
         """
-        require_type(text, str, option, 'a text such as "1%" or "1% or 10% friction"')
+        require_type(text, str, argument, 'a text such as "1%" or "1% or 10% friction"')
         if re.search(r"\bnorm\b", text, re.IGNORECASE):
             raise UsageError(
                 "a budget is allowed to every joint, not to the norm of all",
-                where=option,
+                where=argument,
                 expected='an error allowed at each joint, such as "1%" or "1% or 10% friction"',
                 found=repr(text.strip()),
                 next_step="give a budget per joint: the norms of its model's error are reported",
@@ -154,9 +154,9 @@ class Budget:
         for column, entry in enumerate(text.split(","), start=1):
             allowances = [Allowance.parse(words) for words in _OR.split(entry)]
             if None in allowances:
-                raise _not_understood(entry, f"{option}, entry {column}")
+                raise _not_understood(entry, f"{argument}, entry {column}")
             entries.append(tuple(allowance for allowance in allowances if allowance is not None))
-        return cls(tuple(entries), option=option)
+        return cls(tuple(entries), argument=argument)
 
     @classmethod
     def of(cls, budget: Self | str | None) -> Self:
@@ -190,7 +190,7 @@ class Budget:
         if len(self.entries) not in (1, count):
             raise UsageError(
                 "the budget has the wrong number of entries",
-                where=self.option,
+                where=self.argument,
                 expected=f"1 or {count}",
                 found=str(len(self.entries)),
                 next_step=f"give one entry for all joints, or {count} separated by commas, one per joint",
@@ -212,12 +212,12 @@ class Budget:
             if not amounts:
                 raise UsageError(
                     "the budget of a joint that turns is a force",
-                    where=f"{self.option}, joint {joint + 1}, {by.arm.joints[joint].name}",
+                    where=f"{self.argument}, joint {joint + 1}, {by.arm.joints[joint].name}",
                     expected="a torque such as 0.5 N m, or a share such as 1%",
                     found=" or ".join(map(str, entry)),
                     next_step="give one entry per joint, or both, such as '0.5 N m or 5 N'",
                 )
-            return max(a if of in _UNITS else a * by.of(of, joint, self.option) for a, of in amounts)
+            return max(a if of in _UNITS else a * by.of(of, joint, self.argument) for a, of in amounts)
 
         entries = self.of_joints(by.arm.n_joints)
         return np.array([largest(joint, entry) for joint, entry in enumerate(entries)])

@@ -318,7 +318,7 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints are counted first."""
     if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
-    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), convention="", spread=None)
+    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), spread=None)
     outer = (
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
         for count in range(_OUTER_JOINTS, arm.n_joints, 2)

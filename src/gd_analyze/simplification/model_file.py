@@ -25,8 +25,9 @@ from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.robots.arm_file import arm_in
 from gd_analyze.robots.catalogue import OF_LOGS, builtin_arms, is_xml
-from gd_analyze.robots.description import arm_from_description, describe
+from gd_analyze.robots.description import describe
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, Proven
@@ -38,7 +39,7 @@ from gd_analyze.simplification.model import SimplifiedModel, require_model
 from gd_analyze.text import field_fault, in_python, json_fault
 
 MODEL_FORMAT: Literal["gd-analyze simplified model"] = "gd-analyze simplified model"
-VERSION: Literal[7] = 7
+VERSION: Literal[8] = 8
 WRITE_AGAIN = "write the model again with `gd-analyze ROBOT TRAJECTORY` or `gd-analyze simplify ROBOT -o`"
 # A term takes some hundred bytes; a model of a hundred thousand terms is not simplified.
 LARGEST_FILE = 100_000_000
@@ -56,7 +57,7 @@ class ModelDocument(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     format: Literal["gd-analyze simplified model"]
-    version: Literal[7]
+    version: Literal[8]
     level: str
     velocities: Literal["absolute", "joint"]  # those of the terms
     drives: bool
@@ -92,7 +93,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
     ModelError
         If numbers are not those of the arm's joints, or the model misses its budget.
     """
-    level, arm = LEVELS[document.level], arm_from_description(document.arm)
+    level, arm = LEVELS[document.level], arm_in(document.arm)
     form = ExactForm(arm, document.drives)
     form = form.in_joint_velocities if document.velocities == "joint" else form
     terms = level.terms(form) if document.terms == "all" else level.from_entries(form, document.terms)

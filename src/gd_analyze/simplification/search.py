@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import numbers
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -30,9 +29,6 @@ from gd_analyze.simplification.selection import (
 )
 from gd_analyze.simplification.torque_program import ROUGH
 from gd_analyze.text import SINE_PRICE
-
-# Called with the number of terms dropped since the last call.
-TermProgress = Callable[[int], None] | None
 
 # Largest gamma at the states of a search: other states reach more.
 LARGEST_GAMMA = 0.9
@@ -83,7 +79,6 @@ def selected_terms(
     allowed: FloatArray,
     options: SearchOptions,
     start: Terms | None = None,
-    progress: TermProgress = None,
 ) -> SelectedTerms:
     """Search for the terms to keep, from `start` if given; a TooManyTermsError if too many matter."""
     candidates = candidates_of(
@@ -105,10 +100,7 @@ def selected_terms(
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
-    terms = candidates.chosen(selection.selected)
-    if progress is not None:
-        progress(candidates.total - len(terms))
-    return SelectedTerms(terms, tuple(steps))
+    return SelectedTerms(candidates.chosen(selection.selected), tuple(steps))
 
 
 def _inertia_terms(candidates: Candidates, exact: ExactDynamics) -> tuple[InertiaTerms, NDArray[np.intp]]:

@@ -9,12 +9,12 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
-from gd_analyze.simplification.element import require_no_budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
-from gd_analyze.simplification.search import SearchOptions, TermProgress, selected_terms
+from gd_analyze.simplification.search import SearchOptions, selected_terms
 from gd_analyze.simplification.torque_program import COUNTING
 
 # States that represent very many in a search, which evaluates each thousands of times.
@@ -60,7 +60,6 @@ def until_it_holds(
     checks: Sequence[Check],
     *,
     patience: int = 0,
-    progress: TermProgress = None,
 ) -> Searched:
     """Search a model, look where it exceeds its budget, and search again with these states.
 
@@ -77,8 +76,6 @@ def until_it_holds(
         a budget the search is given.
     patience
         Times that an excess may be found in a region before the budget of an exceeding joint shrinks.
-    progress
-        Called with the number of terms dropped since the last call.
 
     Returns
     -------
@@ -90,7 +87,7 @@ def until_it_holds(
     everything = exactly(sample, options.level, allowed, str(budget))
     for turn in range(MOST_ROUNDS):
         effort = options.effort * (_CONTINUED_EFFORT if times else 1.0)
-        search = selected_terms(sample, share * allowed, replace(options, effort=effort), start, progress)
+        search = selected_terms(sample, share * allowed, replace(options, effort=effort), start)
         start = search.terms
         model = replace(everything, terms=search.terms)
         model = model.stating(replace(everything.accuracy, steps=search.steps))
@@ -144,23 +141,20 @@ def simplify_exact(
     *,
     everywhere: Sequence[Check] = (),
     provenance: Mapping[str, str] | None = None,
-    progress: TermProgress = None,
-    stage: Callable[[str], object] = lambda _: None,
+    progress: Progress = NO_PROGRESS,
 ) -> SimplifiedModel:
     """Simplify so that the budget holds at given states, see `gd_analyze.simplify`.
 
-    `everywhere` looks at further states; `progress` is called with the number of terms dropped since the last
-    call; `stage` with the name of a stage. TooManyTermsError if the level has too many terms for a search.
+    `everywhere` looks at further states. TooManyTermsError if the level has too many terms for a search.
     """
-    require_no_budget(options.level, f"budget {budget}")
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
-    stage(f"searching at level {options.level}")
+    progress.stage(f"searching at level {options.level}")
     models = []
     for trial in in_worthwhile_velocities(exact, allowed, options):
         checks = [at_states(trial, allowed), *everywhere]
-        models.append(until_it_holds(trial, budget, allowed, options, checks, progress=progress).model)
+        models.append(until_it_holds(trial, budget, allowed, options, checks).model)
     return stated(exact, shortest(models)).stating(provenance=provenance)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import TooManyTermsError, require_few_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
@@ -49,7 +50,7 @@ def trade_off(
     factors: Sequence[float] = BUDGET_FACTORS,
     levels: Sequence[Level] = tuple(HARMONIC_LEVELS.values()),
     thorough: bool = True,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Progress = NO_PROGRESS,
 ) -> tuple[TradeOffPoint, ...]:
     """Simplify for several budgets at every level.
 
@@ -69,7 +70,7 @@ def trade_off(
     thorough
         Search each point as `simplify` does; otherwise by a descent alone, which is quicker.
     progress
-        Called with the number of points done since the last call.
+        Told the points done.
 
     Returns
     -------
@@ -89,6 +90,7 @@ def trade_off(
     allowed = exact.allowed(budget)
     whole = exact.peak_torque if budget.shares_of == "peak torque" else allowed
     points: list[TradeOffPoint] = []
+    progress.stage("simplifying", len(levels) * len(factors))
     for level in levels:
         best = exactly(exact, level, allowed, str(budget))
         for factor in sorted(factors):
@@ -103,5 +105,5 @@ def trade_off(
             # The largest share of any joint; a joint without torque has none.
             share = float(np.divide(error, whole, out=np.zeros_like(error), where=whole > 0.0).max())
             points.append(TradeOffPoint(level, factor, str(scaled), best.operations, share))
-            progress(1)
+            progress.advance()
     return tuple(points)

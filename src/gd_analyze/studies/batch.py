@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import warnings
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,7 +14,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
-from gd_analyze.arguments import require_words
+from gd_analyze.arguments import require_words, strict
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import (
     GdAnalyzeError,
@@ -31,11 +31,12 @@ from gd_analyze.files import (
     mark_of,
     path_of,
     replacing,
-    replacing_together,
     require_writable,
     temporary_folder,
+    write_together,
 )
 from gd_analyze.motions.pool import trajectory_of
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.report.pdf import drawing_file
 from gd_analyze.result import StoredFact, plain
 from gd_analyze.results.near_motion import near_bound
@@ -88,6 +89,7 @@ class BatchTask:
         return mark_of([__version__, *self.formats], inputs)[-16:]
 
 
+@strict
 def batch(
     table: str | Path | Sequence[BatchRow],
     out: str | Path,
@@ -96,8 +98,7 @@ def batch(
     to: Collection[str] = ("csv",),
     jobs: int = 1,
     scheduler: str | None = None,
-    stage: Callable[[str, int | None], object] = lambda label, total: None,
-    progress: Callable[[int], None] = lambda done: None,
+    progress: Progress = NO_PROGRESS,
 ) -> pd.DataFrame:
     """Run the main job for every row of a table; a failed row states the reason.
 
@@ -120,8 +121,8 @@ def batch(
         "pdf", "png".
     jobs, scheduler
         Number of processes on this machine, or the address of a Dask scheduler, see `each`.
-    stage, progress
-        Called with the name of a stage and its number of rows, and with the rows done since the last call.
+    progress
+        Told the rows done.
 
     Returns
     -------
@@ -150,7 +151,7 @@ def batch(
     require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
-        raise UsageError("Parquet needs the library pyarrow", where="--to parquet", next_step=step)
+        raise UsageError("Parquet needs the library pyarrow", where="to", found="parquet", next_step=step)
     folder = Path(out)
     for name in (RECORD, *(f"batch.{kind}" for kind in to)):
         require_writable(folder / name)
@@ -158,7 +159,7 @@ def batch(
     keys = list[str]()
     with appending_alone(folder / RECORD) as record:
         entries_by_key = _recorded(folder)
-        stage("analysing", len(rows))
+        progress.stage("analysing", len(rows))
 
         def tasks() -> Iterator[tuple[BatchTask]]:
             task_keys = set[str]()
@@ -166,22 +167,20 @@ def batch(
                 task = BatchTask(row, *row_inputs(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
                 if task.key in task_keys or entries_by_key.get(task.key, {}).get("state") == "done":
-                    progress(1)
+                    progress.advance()
                 else:
                     task_keys.add(task.key)
                     yield (task,)
 
         for _, (key, entries, files) in each(analysed, tasks(), jobs, scheduler):
-            with replacing_together([folder / key / name for name in files]) as temporaries:
-                for temporary, content in zip(temporaries, files.values(), strict=True):
-                    temporary.write_bytes(content)
+            write_together({folder / key / name: content for name, content in files.items()})
             written = {name: digest_of(folder / key / name) for name in files}
             line = {"key": key, **entries, "files": written}
             record.write(json.dumps(line | {"digest": _digest(line)}).encode() + b"\n")
             record.flush()
             os.fsync(record.fileno())
             entries_by_key[key] = entries
-            progress(1)
+            progress.advance()
         frame = batch_table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.result import Fact, Result, Table, Value, attributes_of, values_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
@@ -79,12 +80,13 @@ def agreement(
     states: States,
     *,
     methods: Mapping[str, Method] = METHODS,
-    progress: Callable[[int], None] = lambda count: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Agreement:
     """Compare torque, D, h and c of methods at the same states; recursions are probed for D, h and c."""
     q_last, qd_last, _ = states.last
     reference = pinocchio_dynamics(arm, *states.arrays)
     torques, from_pinocchio = [], {}
+    progress.stage("comparing", len(methods))
     for name, method in methods.items():
         torques.append(torque_of_states(method, arm, *states.arrays))
         dynamics = method.dynamics(arm, q_last, qd_last)
@@ -98,7 +100,7 @@ def agreement(
             quantity: float(np.abs(quantities[quantity] - value).max())
             for quantity, value in reference.items()
         }
-        progress(1)
+        progress.advance()
     torques.append(reference["torque"])
     differences = np.array([[np.abs(a - b).max() for b in torques] for a in torques])
     bounds = {
@@ -118,13 +120,12 @@ def comparison(
     arm: RobotArm,
     trajectory: Trajectory | None = None,
     *,
-    progress: Callable[[int], None] = lambda count: None,
+    progress: Progress = NO_PROGRESS,
 ) -> Result:
     """Count and compare every formulation on one arm; a disagreement does not raise.
 
     Torques are compared along the trajectory or, without one, at random states within the arm's limits.
     Raises a `TrajectoryError` if the numbers of joints differ, an `ArmError` if D is not positive definite.
-    `progress` is called with 1 after each of `METHODS`.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
@@ -27,8 +27,10 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.measured import has_torques
 from gd_analyze.motions.pool import GivenMotions, motions_of
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.accuracy import STATED, Accuracy, ErrorTable, share_of
@@ -305,7 +307,7 @@ def evaluate(
     fail_over: Budget | str | None = "stated",
     strict: bool = False,
     box: Box | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Evaluation:
     """Compare a model with exact dynamics along motions or at other states, and with measured torques.
 
@@ -332,7 +334,7 @@ def evaluate(
         Box outside which states are reported; by default the arm's limits, for which `certify` and
         `simplify` bound a model.
     progress
-        Called with 1 after every motion.
+        Told the motions done.
 
     Returns
     -------
@@ -362,13 +364,16 @@ def evaluate(
     require_arm(model, arm)
     limit, box = _limit_of(fail_over), box_of(box, arm)
     if strict and limit is None:
-        raise UsageError("--strict needs a verdict", where="--strict", next_step="give --fail-over")
+        raise UsageError(
+            "there is no verdict to be strict about", where="strict", next_step="give `fail_over`"
+        )
     trajectories: list[Trajectory | None] = [None]
     if isinstance(states, Trajectory | str | Path | Sequence):
-        trajectories = [*motions_of(states, arm)]
+        trajectories = [*motions_of(states, arm, partial(read_trajectory, progress=progress))]
     for trajectory in trajectories:
         if trajectory is not None:
             require_trajectory_joints(trajectory, arm)
+    progress.stage("evaluating", len(trajectories))
     computed_torques = [
         (trajectory, model_torque(model, states if trajectory is None else trajectory, arm))
         for trajectory in trajectories
@@ -378,8 +383,7 @@ def evaluate(
     motions = []
     for trajectory, computed in computed_torques:
         motions.append(_evaluated(model, trajectory, computed, limit, strict, region, box, peaks))
-        if progress is not None:
-            progress(1)
+        progress.advance()
     return Evaluation(model, box, limit, strict, tuple(motions))
 
 
@@ -467,4 +471,4 @@ def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:
         return "stated"
     if word == "promise":
         return "promise"
-    return Budget.parse(fail_over, "--fail-over") if isinstance(fail_over, str) else Budget.of(fail_over)
+    return Budget.parse(fail_over, "fail_over") if isinstance(fail_over, str) else Budget.of(fail_over)

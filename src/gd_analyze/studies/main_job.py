@@ -5,42 +5,27 @@ from __future__ import annotations
 import difflib
 from collections.abc import Collection, Iterable
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 from gd_analyze.arguments import require_words, strict
 from gd_analyze.errors import UsageError, Warned, require_type
 from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.read import read_trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.results.findings import Findings
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.collect import collect_step
-from gd_analyze.studies.steps.decompose import StepProgress, decompose_step, rank_step, warn_of_too_many_terms
+from gd_analyze.studies.steps.decompose import decompose_step, rank_step, warn_of_too_many_terms
 from gd_analyze.studies.steps.read import read_step, source_of, warn_of_inputs
 from gd_analyze.studies.steps.simplify import simplify_step
 from gd_analyze.studies.study_files import write_findings
 from gd_analyze.threads import one_thread
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-class JobProgress(StepProgress, Protocol):
-    """Receiver of the progress of the main job."""
-
-    def ranked(self, ranking: xr.Dataset, budget: str) -> None:
-        """Take the first answer, the result of `rank` at a budget, while models are searched."""
-
-
-class _Silent:
-    def __call__(self, label: str, total: int | None = None) -> None: ...
-
-    def advance(self, steps: int) -> None: ...
-
-    def ranked(self, ranking: xr.Dataset, budget: str) -> None: ...
 
 
 @strict
@@ -53,6 +38,7 @@ def analyze(
     *,
     formats: Collection[str] = tuple(RESULT_FILES),
     overwrite: bool = False,
+    progress: Progress = NO_PROGRESS,
     **options: Any,
 ) -> Findings:
     """Run the main job: find everything, and write it to a folder if one is named.
@@ -70,6 +56,8 @@ def analyze(
         Files to write, of "h5", "json", "csv", "html" and "pdf".
     overwrite
         Replace a run in the folder of another arm or motion, or with other options.
+    progress
+        Told the stages of the work, see `Progress`.
 
     Returns
     -------
@@ -110,18 +98,18 @@ def analyze(
     require_words(formats, RESULT_FILES, "formats")
     parsed = settings or Settings(**options)
     if out is None:
-        return find(arm, trajectory, parsed)
+        return find(arm, trajectory, parsed, progress=progress)
     if out == "":
         raise UsageError("the name of the folder is empty", where="out", next_step="name a folder, or none")
     folder, warned = path_of(out), Warned()
     with warned.collecting():
         arm = arm_with_masses(arm)
-        motion = trajectory_of(trajectory, arm)
+        motion = trajectory_of(trajectory, arm, partial(read_trajectory, progress=progress))
     mark = source_of(arm, motion, parsed)["run"]
     strangers = require_one_run(folder, RESULT_FILES, formats, mark, overwrite=overwrite)
-    findings = find(arm, motion, parsed, warned=warned.texts)
+    findings = find(arm, motion, parsed, warned=warned.texts, progress=progress)
     del motion  # the findings hold what is shown of a long one, whose memory the reports can use
-    write_findings(findings, folder, formats, strangers)
+    write_findings(findings, folder, formats, strangers, progress=progress)
     return findings
 
 
@@ -133,7 +121,7 @@ def find(
     *,
     command: str = "",
     warned: Iterable[str] = (),
-    progress: JobProgress | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Findings:
     """Decompose, check, rank and simplify; nothing is written.
 
@@ -147,7 +135,7 @@ def find(
     command, warned
         What the user typed, and warnings given while the input was read; those given here are added.
     progress
-        Told the stages of the work.
+        Told the stages of the work, see `Progress`.
 
     Returns
     -------
@@ -160,12 +148,11 @@ def find(
         If inputs do not fit together, friction is to be fitted without measured torques, or a result
         disagrees with Pinocchio.
     """
-    progress = progress or _Silent()
     warned_so_far = Warned(list(dict.fromkeys(warned)))
     settings = settings or Settings()
 
     with warned_so_far.collecting():
-        inputs = read_step(arm, trajectory, settings, command)
+        inputs = read_step(arm, trajectory, settings, command, progress)
         warn_of_inputs(inputs)
         dynamics = decompose_step(inputs, progress)
     with warned_so_far.collecting():

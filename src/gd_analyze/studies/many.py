@@ -62,7 +62,7 @@ def each(
         except Exception as error:
             if type(error).__name__ not in ("TerminatedWorkerError", "KilledWorker"):
                 raise
-            step = "run it again to continue where it stopped; fewer --jobs take less memory"
+            step = "run it again to continue where it stopped; fewer `jobs` take less memory"
             raise StorageError("a worker died", found=str(error).splitlines()[0], next_step=step) from None
 
 
@@ -75,11 +75,12 @@ def _client(scheduler: str) -> Any:
         import distributed
     except ImportError:
         step, message = "pip install distributed", "a Dask cluster needs the library distributed"
-        raise UsageError(message, where=f"--scheduler {scheduler}", next_step=step) from None
+        raise UsageError(message, where="scheduler", found=scheduler, next_step=step) from None
     try:
         client_class: Any = distributed.Client  # not annotated
         return client_class(scheduler, timeout=ANSWER_SECONDS, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         step = "start one with `dask scheduler`, and workers with `dask worker ADDRESS`"
         message, reason = "no Dask scheduler answers there", str(error) or type(error).__name__
-        raise UsageError(message, where=f"--scheduler {scheduler}", found=reason, next_step=step) from None
+        found = f"{scheduler}: {reason}"
+        raise UsageError(message, where="scheduler", found=found, next_step=step) from None

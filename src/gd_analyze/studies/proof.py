@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from gd_analyze.harmonics.transform import harmonics_of
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.result import (
     AnyFact,
     Fact,
@@ -44,13 +45,13 @@ def proof(
     *,
     margin: Margin | str | None = None,
     effort: int = bounds.POSITIONS_PER_JOINT,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Result:
     """Bound a model's errors over the arm's limits, or along a motion and between its extremes.
 
-    For a model with a symmetric D its smallest eigenvalue is bounded as well. `progress` is as for
-    `certify`, which is called twice with a motion.
+    For a model with a symmetric D its smallest eigenvalue is bounded as well.
     """
+    progress.stage("certifying")
     harmonics = harmonics_of(model.arm)
     region = Box.of(model.arm) if motion is None else Tube.along(model.arm, motion, margin)
     certificate = certify(model, region, effort=effort, harmonics=harmonics, progress=progress)
@@ -98,7 +99,7 @@ def proof(
 
 
 def proven_again(
-    model: SimplifiedModel, motion: Trajectory | None = None, *, progress: Callable[[int], None] | None = None
+    model: SimplifiedModel, along: Trajectory | None = None, *, progress: Progress = NO_PROGRESS
 ) -> tuple[Result, bool]:
     """Prove a model's certificate again, along the motion it names; also return whether every bound holds.
 
@@ -108,15 +109,15 @@ def proven_again(
     if stated is None:
         next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
         raise UsageError("the model states no certificate", where="--check", next_step=next_step)
-    region = stated_region(model, [motion] if motion else [])
-    is_other = isinstance(region, Tube) and motion is not None and motion.fingerprint != region.fingerprint
+    region = stated_region(model, [along] if along else [])
+    is_other = isinstance(region, Tube) and along is not None and along.fingerprint != region.fingerprint
     if region is None or is_other:
         raise UsageError(
             "the certificate is for another motion",
-            where="--check",
+            where="along",
             expected=f"the certificate's motion: {stated.where}",
-            found="none" if motion is None else motion.name,
-            next_step="name its file with --along",
+            found="none" if along is None else along.name,
+            next_step="name its file with `along`",
         )
     limit = np.minimum(stated.certified, LARGEST)
     certificate = certify(model, region, effort=stated.effort, limit=limit, progress=progress)

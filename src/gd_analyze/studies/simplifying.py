@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -16,8 +17,10 @@ from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, states_in_box, states_of
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.budget import Budget
@@ -27,7 +30,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import SearchOptions, TermProgress
+from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import Check, simplify_exact
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
@@ -52,6 +55,7 @@ def simplify(
     certified: bool = False,
     region: Box | Tube | None = None,
     verdicts: str = "own",
+    progress: Progress = NO_PROGRESS,
 ) -> SimplifiedModel:
     """Find the model with the fewest operations within a torque error budget, as `gd-analyze simplify` does.
 
@@ -90,6 +94,8 @@ def simplify(
         states.
     verdicts
         Level element: "own", the verdicts over the states, or "text", those of [FGL87].
+    progress
+        Told the stages of the work, see `Progress`.
 
     Returns
     -------
@@ -138,7 +144,8 @@ def simplify(
     if states is None:
         states = states_in_box(arm)
     elif not is_given:
-        motion = trajectory_of(cast(GivenMotions, states), arm)
+        read = partial(read_trajectory, progress=progress)
+        motion = trajectory_of(cast(GivenMotions, states), arm, read)
         states = states_of(motion)
     if region is not None and not isinstance(region, Box | Tube):
         message, expected = "this is no region", "a Box or a Tube of `gd_analyze.types`"
@@ -155,6 +162,7 @@ def simplify(
         at_states=at_set_points or (is_given and region is None),
         certified=certified,
         verdicts=verdicts,
+        progress=progress,
     )
     return held_model.model
 
@@ -173,8 +181,7 @@ def search_model(
     proof_effort: int = POSITIONS_PER_JOINT,
     everywhere: Sequence[Check] = (),
     provenance: Mapping[str, str] | None = None,
-    stage: Callable[[str], object] = lambda _: None,
-    progress: TermProgress = None,
+    progress: Progress = NO_PROGRESS,
 ) -> Held:
     """Search as `simplify` does, from exact dynamics at the set points of a motion, or at other states.
 
@@ -188,7 +195,7 @@ def search_model(
         As for `simplify`.
     proof_effort
         Effort of every proof, see `certify`.
-    everywhere, provenance, stage, progress
+    everywhere, provenance, progress
         As for `simplify_exact`.
 
     Raises
@@ -209,7 +216,6 @@ def search_model(
             everywhere=everywhere,
             provenance=provenance,
             progress=progress,
-            stage=stage,
         )
         return Held(model)
     return simplify_held(
@@ -222,7 +228,6 @@ def search_model(
         everywhere=everywhere,
         provenance=provenance,
         progress=progress,
-        stage=stage,
     )
 
 

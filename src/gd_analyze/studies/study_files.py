@@ -6,14 +6,16 @@ import json
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
-from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run
+from gd_analyze.files import RESULT_FILES, mark_of, replacing_together, require_one_run, write_together
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import NO_PROGRESS, Progress
+from gd_analyze.report.document import Document, result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_page import render_html
 from gd_analyze.report.main_report import main_report
-from gd_analyze.report.pdf import pdf_of, prepare_pdf
+from gd_analyze.report.pdf import pdf_of
 from gd_analyze.result import Result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import frame_of
@@ -22,52 +24,78 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.model_file import model_text
 
-_WRITERS: Mapping[str, Callable[[Result], bytes]] = {
-    "html": lambda result: page_of(result).encode(),
-    "pdf": lambda result: pdf_of(result, result.provenance["created"]),
-    "json": lambda result: (json.dumps(result.document(), indent=2, allow_nan=False) + "\n").encode(),
+_WRITERS: Mapping[str, Callable[[Document], bytes]] = {
+    "html": lambda document: page_of(document).encode(),
+    "pdf": pdf_of,
+    "json": lambda document: (
+        json.dumps(document.content["values"], indent=2, allow_nan=False) + "\n"
+    ).encode(),
 }
 
 
 class StudyFolder:
-    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`."""
+    """Files NAME.html, NAME.pdf and NAME.json in a folder, of one run: see `require_one_run`.
+
+    Without a folder there are none, and none is written.
+    """
 
     def __init__(
-        self, folder: Path, name: str, formats: Collection[str], inputs: Sequence[str], *, overwrite: bool
+        self,
+        folder: Path | None,
+        name: str,
+        formats: Collection[str],
+        inputs: Sequence[str],
+        *,
+        overwrite: bool,
     ) -> None:
-        files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
-        self._stale = require_one_run(folder, files, formats, mark_of(inputs), overwrite=overwrite)
-        self.paths = {format_: folder / files[format_] for format_ in formats}
+        self._mark, self._paths, self._stale = mark_of(inputs), dict[str, Path](), tuple[Path, ...]()
+        if folder is not None:
+            files = {format_: f"{name}.{format_}" for format_ in _WRITERS}
+            self._stale = require_one_run(folder, files, formats, self._mark, overwrite=overwrite)
+            self._paths = {format_: folder / files[format_] for format_ in formats}
 
-    def write(self, result: Result) -> None:
-        """Write all files once the last is made, and remove those of another run."""
-        contents = [_WRITERS[format_](result) for format_ in self.paths]
-        with replacing_together([*self.paths.values()]) as temporaries:
-            for temporary, content in zip(temporaries, contents, strict=True):
-                temporary.write_bytes(content)
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """The files to write."""
+        return tuple(self._paths.values())
+
+    def write(self, result: Result, progress: Progress) -> None:
+        """Write all files once the last is made, each with the mark of the run, and remove another run's."""
+        if not self._paths:
+            return
+        progress.stage(f"writing {', '.join(self._paths)}")
+        marked = replace(result, provenance={**result.provenance, "run": self._mark})
+        document = result_document(marked)
+        write_together({path: _WRITERS[format_](document) for format_, path in self._paths.items()})
         for path in self._stale:
             path.unlink(missing_ok=True)
 
 
 def write_findings(
-    findings: Findings, folder: Path, formats: Collection[str], strangers: Collection[Path] = ()
+    findings: Findings,
+    folder: Path,
+    formats: Collection[str],
+    strangers: Collection[Path] = (),
+    progress: Progress = NO_PROGRESS,
 ) -> None:
     """Write the chosen files together, once the last is made, and remove `strangers`, files of another run.
 
     The PDF is typeset in parallel, as that leaves the interpreter free. The file from which the others can be
     rebuilt is put in place first.
     """
+    progress.stage(f"writing {', '.join(formats)}")
     is_long = findings.trajectory.whole is not None
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
     with ThreadPoolExecutor(max_workers=1) as executor, replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        typeset = prepare_pdf(findings, report) if "pdf" in places else None
         # For a long motion memory is scarcer than time.
-        pdf = None if typeset is None or is_long else executor.submit(typeset)
-        if "html" in places:
-            places["html"].write_bytes(render_html(findings, report).encode())
+        pdf = None
+        if report is not None and "pdf" in places and not is_long:
+            pdf = executor.submit(pdf_of, report)
+        if report is not None and "html" in places:
+            places["html"].write_bytes(page_of(report).encode())
         if "csv" in places:
             ranking = frame_of(findings.dominance, "element")
             if "motions" in findings.tables:  # verdict and torque share along each: "verdict_MOTION"
@@ -80,8 +108,8 @@ def write_findings(
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
             write_results(findings, places["h5"])
-        if typeset is not None:
-            places["pdf"].write_bytes(typeset() if pdf is None else pdf.result())
+        if report is not None and "pdf" in places:
+            places["pdf"].write_bytes(pdf_of(report) if pdf is None else pdf.result())
     for path in strangers:
         path.unlink(missing_ok=True)
 

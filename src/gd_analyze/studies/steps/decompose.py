@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
 from gd_analyze.motions.measured import has_torques
+from gd_analyze.progress import Progress
 from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.robots.arm import RobotArm
@@ -27,16 +28,6 @@ from gd_analyze.text import named_joints
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-class StepProgress(Protocol):
-    """Receiver of the stages of a step."""
-
-    def __call__(self, label: str, total: int | None = None) -> None:
-        """Begin a stage of `total` steps, or of an unknown number."""
-
-    def advance(self, steps: int) -> None:
-        """Note that some steps are done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +43,11 @@ class RunDynamics:
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
 
-def decompose_step(inputs: RunInputs, progress: StepProgress) -> RunDynamics:
+def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     """Decompose the dynamics at the set points, and check them against Pinocchio and the log's torques."""
     arm, motion = inputs.arm, inputs.trajectory
-    progress("decomposing", motion.n_set_points)
-    points = set_points_of(inputs, progress.advance)
-    progress("checking and ranking")
+    points = set_points_of(inputs, progress)
+    progress.stage("checking and ranking")
     dataset = points.dataset
     dataset.attrs |= inputs.source
     residuals = cross_check(arm, dataset)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,13 @@ from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.measured import require_torques
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
+from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.progress import Progress
 from gd_analyze.results.findings import provenance_of_run
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
-from gd_analyze.robots.description import describe_in_full
+from gd_analyze.robots.description import describe
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.robots.uncertainty import StatedUncertainty, with_uncertainty
 from gd_analyze.simplification.budget import ReferenceTorques
@@ -53,13 +56,17 @@ class RunInputs:
 
 
 def read_step(
-    arm: RobotArm | str | Path, trajectory: GivenMotions, settings: Settings, command: str
+    arm: RobotArm | str | Path,
+    trajectory: GivenMotions,
+    settings: Settings,
+    command: str,
+    progress: Progress,
 ) -> RunInputs:
     """Read the inputs, and refuse those that do not fit together."""
     arm = arm_with_masses(arm)
     if isinstance(settings.uncertainty, StatedUncertainty):
         arm = with_uncertainty(arm, settings.uncertainty)
-    motion = trajectory_of(trajectory, arm)
+    motion = trajectory_of(trajectory, arm, partial(read_trajectory, progress=progress))
     if settings.fit_friction:
         require_torques(motion)
     no_torque = np.zeros(arm.n_joints)
@@ -86,7 +93,7 @@ def source_of(arm: RobotArm, trajectory: Trajectory, settings: Settings, command
     """Origin of the results; the inputs and what the results state of the motion mark the run."""
     inputs = [arm.name, trajectory.name, settings.described, *(motion.name for motion in trajectory.motions)]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
-    return provenance_of_run(command, inputs, [describe_in_full(arm), motion], repeats=True)
+    return provenance_of_run(command, inputs, [describe(arm), motion], repeats=True)
 
 
 def _tube_along(arm: RobotArm, motion: Trajectory, margin: Margin) -> tuple[Tube, bool]:

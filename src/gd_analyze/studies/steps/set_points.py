@@ -6,7 +6,7 @@ what tables show.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -26,6 +26,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
+from gd_analyze.progress import Progress
 from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
@@ -55,7 +56,7 @@ _KINDS = ("q", "qd", "qdd")
 Points = NDArray[np.intp]
 
 
-def set_points_of(inputs: RunInputs, progress: Callable[[int], None]) -> KeptMotion | LongMotion:
+def set_points_of(inputs: RunInputs, progress: Progress) -> KeptMotion | LongMotion:
     """Decompose a motion: all of it, or a long one block by block."""
     motion = inputs.trajectory
     if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
@@ -120,13 +121,14 @@ class LongMotion:
         return self.inputs.trajectory
 
     @classmethod
-    def of(cls, inputs: RunInputs, progress: Callable[[int], None]) -> LongMotion:
+    def of(cls, inputs: RunInputs, progress: Progress) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
         arm, motion = inputs.arm, inputs.trajectory
         drives = arm.counts_drives(inputs.settings.drives)
         drive_inertia = arm.drive_inertia if drives else np.zeros(arm.n_joints)
         extremes = Extremes(arm.n_joints, elements(arm.n_joints), drive_inertia)
         values, places = [], []
+        progress.stage("decomposing", motion.n_set_points)
         for chunk in chunks(motion.n_set_points):
             states = States(*(getattr(motion, kind)[chunk] for kind in _KINDS))
             block = decompose_states(
@@ -137,7 +139,7 @@ class LongMotion:
             at = np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
             values.append(np.take_along_axis(rows, at.T, axis=1).T)
             places.append(chunk.start + at)
-            progress(len(states))
+            progress.advance(len(states))
         value, place = np.array(values), np.array(places)
         parts = np.array_split(np.arange(len(value)), min(_SHOWN_PARTS, len(value)))
         points = (

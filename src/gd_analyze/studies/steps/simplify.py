@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeAlias
 from gd_analyze.certification.certificate import certify, usual_effort
 from gd_analyze.certification.held import Held, proven
 from gd_analyze.harmonics.expansion import TooLongError
+from gd_analyze.progress import Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path, joined_path
 from gd_analyze.simplification.element import ELEMENT, model_by_verdicts
@@ -26,7 +27,7 @@ from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.simplifying import search_model
-from gd_analyze.studies.steps.decompose import RunDynamics, StepProgress
+from gd_analyze.studies.steps.decompose import RunDynamics
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import Points
 
@@ -83,16 +84,16 @@ class RunModels:
         return self.held.model
 
 
-def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) -> RunModels:
+def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> RunModels:
     """Search the run's model and those of other budgets, and prove a bound near the motion."""
     search = _searched(inputs, dynamics, progress)
-    progress("trying other budgets")
+    progress.stage("trying other budgets")
     path, own_place, places = _other_budgets(dynamics, search)
     ranking = TermRanking()
     if not dynamics.too_many_terms:
         selections = [step.terms for step in path if step.level is TERM and not step.is_exact]
         ranking = rank_terms(search.exact, included=selections)
-    progress("bounding errors")
+    progress.stage("bounding errors")
     efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
     return RunModels(
         exact=search.exact,
@@ -109,7 +110,7 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgre
     )
 
 
-def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: StepProgress) -> _Search:
+def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _Search:
     """Search the models of the named budgets, and take that of the run."""
     settings, exact = inputs.settings, dynamics.exact
     points = dynamics.points
@@ -166,7 +167,7 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
 def _model_at(
     inputs: RunInputs,
     everywhere: Sequence[Check],
-    progress: StepProgress,
+    progress: Progress,
     exact: ExactDynamics,
     budget: Budget,
     *,
@@ -191,8 +192,7 @@ def _model_at(
         proof_effort=_USUAL_EFFORTS.tube,
         everywhere=everywhere,
         provenance=inputs.source,
-        progress=progress.advance,
-        stage=progress,
+        progress=progress,
     )
 
 
