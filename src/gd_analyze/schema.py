@@ -141,7 +141,8 @@ def declared_columns(
     group
         The group that declares them.
     values
-        Values by name, with those that hold units. "joint" beside "joint_name" is shown as both.
+        Values by name, with those that hold units; None for a column that is left out. "joint" beside
+        "joint_name" is shown as both.
     terminal, page
         Names of the columns that a terminal and that pages show, in order; pages may show more.
     words
@@ -149,8 +150,8 @@ def declared_columns(
     drawn
         By name, what pages show in place of the values.
     """
-    columns = []
-    for name in terminal if page is None else page:
+    columns, names = [], terminal if page is None else page
+    for name in (name for name in names if values[name] is not None):
         declaration, label = declared(group, name)
         column = Column(
             declaration.heading.format((words or {}).get(name, label)),

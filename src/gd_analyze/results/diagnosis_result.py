@@ -33,6 +33,7 @@ from gd_analyze.text import joint_name
 if TYPE_CHECKING:
     import xarray as xr
 
+_REMAINS = ["remains_before", "remains_after", "follows"]
 # Causes that a person sees in the ranking.
 _SHOWN_CAUSES = 6
 
@@ -163,17 +164,24 @@ def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Part, ...]:
 
 
 def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
-    seen = {name: tabulated[name].values for name in ("remains_before", "remains_after", "follows")}
-    names = ["joint", "remains_before"]
-    names += ["remains_after"] if tabulated.sizes["cause"] else []
-    names += ["follows"] if any(seen["follows"]) else []
-    values = joint_values(arm.joints) | {name.removeprefix("remains_"): seen[name] for name in seen}
+    before, after, follows = (tabulated[name].values for name in _REMAINS)
     note = (
         "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
         "Links off by no more than a file's usually are, drive inertia and friction are fitted."
     )
-    title = "What remains, by joint"
-    return declared_table("diagnosis", "joints", title, values, names, note=note, seen=seen)
+    return declared_table(
+        "diagnosis",
+        "joints",
+        "What remains, by joint",
+        joint_values(arm.joints) | {"before": before, "after": after, "follows": follows},
+        ["joint", *_REMAINS],
+        note=note,
+        seen={
+            "remains_before": before,
+            "remains_after": after if tabulated.sizes["cause"] else None,
+            "follows": follows if any(follows) else None,
+        },
+    )
 
 
 def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:

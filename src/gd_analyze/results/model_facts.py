@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -163,6 +163,13 @@ def structure_note(model: SimplifiedModel) -> str:
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
+# What people see of the errors by joint, in order; beside a bound a terminal has no room for the RMS error.
+_ERRORS_ON_PAGE = [
+    "joint", "peak_torque", "allowed_error", "largest_error", "share_of_whole", "rms_error",
+    "bound", "bound_of_whole", "found",
+]  # fmt: skip
+
+
 def joint_error_values(model: SimplifiedModel) -> dict[str, FloatArray]:
     """Errors that a model states for its joints, by the names of the table "simplified_model"."""
     errors = model.accuracy.errors
@@ -189,25 +196,21 @@ def joint_errors(
     """
     accuracy, values = model.accuracy, joint_error_values(model)
     of_allowed = {"largest_of_allowed": share_of(values["largest_error"], accuracy.allowed)}
-    names = ["joint", "peak_torque", "allowed_error"]
-    seen: dict[str, FloatArray] = {}
     is_proven = proven is not None and bool(np.isfinite(proven).all())
-    if not model.is_exact:
-        names += ["largest_error", "share_of_whole", "rms_error"]
-        seen["share_of_whole"] = accuracy.shares
-        if proven is not None and is_proven:
-            names += ["bound", "bound_of_whole"]
-            seen |= {"bound": proven, "bound_of_whole": accuracy.shares_of(proven)}
-    if further and "found" in further:
-        names.append("found")
+    seen: dict[str, Any] = {"share_of_whole": accuracy.shares, "bound": None, "bound_of_whole": None}
+    if model.is_exact:
+        seen |= {"largest_error": None, "share_of_whole": None, "rms_error": None}
+    elif proven is not None and is_proven:
+        seen |= {"bound": proven, "bound_of_whole": accuracy.shares_of(proven)}
+    seen["found"] = (further or {}).get("found")
     whole = "peak" if accuracy.asked.shares_of == "peak torque" else "budget"
     return declared_table(
         "simplified_model",
         key,
         f"Torque error by joint, budget {accuracy.budget}",
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
-        [name for name in names if name != "rms_error" or not is_proven],
-        names,
+        [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
+        _ERRORS_ON_PAGE,
         seen=seen,
         words={"share_of_whole": whole, "bound": proof, "bound_of_whole": whole},
     )

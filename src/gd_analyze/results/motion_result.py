@@ -171,21 +171,22 @@ def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]
 
 def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
     """Error over allowed error along each motion: the worst joint's, and on pages every joint's."""
-    names = ["motion", "set_points", "duration", "worst", "joint"]
-    names += ["proven"] if np.isfinite([row["proven"] for row in rows]).all() else []
-    short, seen = short_names([joint.name for joint in findings.arm.joints]), {}
+    names = ["motion", "set_points", "duration", "worst", "joint", "proven"]
+    values, by_joint = values_of(rows), dict[str, Any]()
+    short = short_names([joint.name for joint in findings.arm.joints])
     for i, joint in enumerate(findings.arm.joints):
-        seen[f"at_joint_{joint_name(i + 1, short[i])}"] = [
+        by_joint[f"at_joint_{joint_name(i + 1, short[i])}"] = [
             f"{percent(row['used'][i])}, {amount(row['peak_torque'][i], joint.effort_unit)}" for row in rows
         ]
+    proven = values["proven"] if np.isfinite(values["proven"]).all() else None
     return declared_table(
         "motions",
         "each",
         "Each motion by itself",
-        values_of(rows),
+        values,
         names,
-        [*names, *seen],
-        seen=seen,
+        [*names, *by_joint],
+        seen={"proven": proven, **by_joint},
         words={"proven": findings.proof},
     )
 

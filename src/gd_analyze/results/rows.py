@@ -11,6 +11,7 @@ from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.dynamics.verdicts import verdict_definition
 from gd_analyze.results.findings import Findings
+from gd_analyze.schema import GROUPS
 from gd_analyze.text import percent
 
 if TYPE_CHECKING:
@@ -128,17 +129,8 @@ def dropped_parts(findings: Findings) -> DroppedParts:
 def budget_rows(findings: Findings) -> list[Row]:
     """One row per budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    names = (
-        "position",
-        "budget",
-        "operations",
-        "multiplications",
-        "additions",
-        "operations_apart",
-        "sines_cosines",
-        "sines_cosines_apart",
-    )
-    columns = {name: table[name].values.tolist() for name in (*names, "largest_error", "allowed_error")}
+    names = [name for name in GROUPS["budgets"] if not name.startswith("kept")]
+    columns = {name: table[name].values.tolist() for name in ("position", *names)}
     columns["kept"] = [[] for _ in table.position]
     for name, dim in (("kept", "rank"), ("kept_parts", "part")):
         if name in table:

@@ -12,7 +12,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.writing import part_symbol, term_formula, torque_symbol
-from gd_analyze.result import Mark, Table, Values, values_of
+from gd_analyze.result import Mark, Table, values_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import bound_ratio, margins, tube_bound
 from gd_analyze.results.rows import (
@@ -29,26 +29,32 @@ from gd_analyze.results.rows import (
 from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.text import number, percent, pretty, thousands
 
-# What people see of the rankings, in order; JSON, dominance.csv and analysis.h5 have all of them.
-# fmt: off
+# What people see of the rankings and of errors, in order; JSON and the files of results have all columns.
 _ELEMENTS_IN_TERMINAL = [
     "element", "torque_share", "torque_peak", "torque_joint",
     "part_peak_translation", "part_peak_rotation",
     "verdict", "text_verdict",
-]
+]  # fmt: skip
 _ELEMENTS_ON_PAGE = [
     "rank", "element", "torque_share", "torque_peak", "torque_joint", "peak",
     "part_peak_translation", "part_peak_rotation", "change_without_translation", "change_without_rotation",
     "verdict", "probability", "text_verdict",
-]
+]  # fmt: skip
 TERMS_IN_TERMINAL = [  # of `gd-analyze rank`; the main job's terminal has no room
     "rank", "label", "text", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint",
-]
+]  # fmt: skip
 _TERMS_ON_PAGE = [
     "rank", "of", "label", "text", "alone_share", "alone_torque", "alone_joint",
     "without_share", "without_joint", "kept", "below_uncertainty",
-]
-# fmt: on
+]  # fmt: skip
+_NEAR_ERRORS_ON_PAGE = [
+    "joint", "allowed_error", "sampled_error", "tube_worst_found", "tube_certified", "tube_certified_share",
+    "tube_margin_q", "tube_margin_qd", "tube_margin_qdd",
+]  # fmt: skip
+_FAR_ERRORS_ON_PAGE = [
+    "joint", "allowed_error", "sampled_error", "largest_share", "worst_found", "certified", "certified_share",
+    "within_limits", "within_limits_share",
+]  # fmt: skip
 # Terms that people see.
 _SHOWN_TERMS = 40
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
@@ -89,10 +95,11 @@ def not_worth_keeping(findings: Findings) -> int | None:
 def ranking_table(findings: Findings, top: int | None = None) -> Table:
     """Elements by torque: parts, largest torques of links and drive, verdict."""
     rows = element_rows(findings)
+    is_uncertain, is_in_text = "robustness" in findings.tables, any(row["text_verdict"] for row in rows)
     seen: dict[str, Any] = {
         "verdict": [LETTERS[effect_of(row)] + "?" * is_doubtful(row) for row in rows],
-        "probability": [sure_text(row) for row in rows],
-        "text_verdict": [LETTERS.get(row["text_verdict"], "") for row in rows],
+        "probability": [sure_text(row) for row in rows] if is_uncertain else None,
+        "text_verdict": [LETTERS.get(row["text_verdict"], "") for row in rows] if is_in_text else None,
     }
     for effect in EFFECTS:  # gravity has no rotational part
         for name in (f"part_peak_{effect}", f"change_without_{effect}"):
@@ -102,8 +109,6 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         "verdict": [Mark(effect_of(row), effect_of(row)) for row in rows],
         "text_verdict": [_text_words(row) for row in rows],
     }
-    is_uncertain, is_in_text = "robustness" in findings.tables, any(row["text_verdict"] for row in rows)
-    is_shown = {"probability": is_uncertain, "text_verdict": is_in_text}
     definition = verdict_definition(findings.dominance.attrs["threshold"], findings.arm.n_joints)
     doubts = f"; ?: less than {percent(SURE)} sure" if is_uncertain else ""
     return declared_table(
@@ -111,8 +116,8 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
         "dominance",
         "Elements by torque: largest parts by effect, largest torque, and its share of peak torque",
         values_of(rows),
-        [name for name in _ELEMENTS_IN_TERMINAL if is_shown.get(name, True)],
-        [name for name in _ELEMENTS_ON_PAGE if is_shown.get(name, True)],
+        _ELEMENTS_IN_TERMINAL,
+        _ELEMENTS_ON_PAGE,
         f"Verdict: {definition}{doubts}.",
         top,
         seen=seen,
@@ -132,20 +137,22 @@ def ranked_terms_table(findings: Findings) -> Table:
     table, model = findings.tables["terms"], findings.model
     values = values_along(table, "rank")
     terms = list(findings.ranked_terms.items())[:_SHOWN_TERMS]
-    is_shown = {"kept": model.has_terms, "below_uncertainty": not_worth_keeping(findings) is not None}
-    seen: dict[str, Any] = {
+    seen = {
         "of": [_SYMBOLS[quantity] for quantity in values["quantity"].tolist()],
-        "below_uncertainty": ["–" if is_below else "✓" for is_below in values["below_uncertainty"]],
+        "kept": None,
+        "below_uncertainty": None,
     }
     if model.has_terms:
         seen["kept"] = ["✓" if term in model.torques else "–" for term in findings.ranked_terms]
+    if not_worth_keeping(findings) is not None:
+        seen["below_uncertainty"] = ["–" if is_below else "✓" for is_below in values["below_uncertainty"]]
     return declared_table(
         "terms",
         "terms",
         f"The {len(terms)} terms that matter most, of {table.attrs['total']}",
         values,
         (),
-        [name for name in _TERMS_ON_PAGE if is_shown.get(name, True)],
+        _TERMS_ON_PAGE,
         top=_SHOWN_TERMS,
         seen=seen,
         drawn={
@@ -159,15 +166,15 @@ def near_errors_table(findings: Findings) -> Table:
     """Errors near the motion, and how near."""
     rows, tube = joint_rows(findings, "tube"), findings.tables["tube"]
     is_proven = tube_bound(findings) is not None
-    proven = ("tube_certified", "tube_certified_share") if is_proven else ()
-    seen = dict(_stated_errors(findings))
+    seen = _stated_errors(findings)
+    if not is_proven:
+        seen |= {"tube_certified": None, "tube_certified_share": None}
     for name in ("q", "qd", "qdd"):
         margin, cells = f"tube_margin_{name}", []
         for joint, row in zip(findings.arm.joints, rows, strict=True):
             value = math.degrees(row[margin]) if joint.kind == "revolute" else row[margin]
             cells.append(f"{number(value)} {pretty(motion_unit(joint, name))}")
         seen[margin] = cells
-    margin_names = [name for name in seen if name.startswith("tube_margin")]
     tried = int(tube.attrs["tried"])
     states = ", no state has a larger error than the bound" if is_proven else ": the states considered"
     note = f"Within {margins(findings)} of the motion, between its set points too{states}. "
@@ -180,13 +187,13 @@ def near_errors_table(findings: Findings) -> Table:
         "Torque error near the motion",
         values_of(rows),
         (),
-        ["joint", "allowed_error", "sampled_error", "tube_worst_found", *proven, *margin_names],
+        _NEAR_ERRORS_ON_PAGE,
         note,
         seen=seen,
     )
 
 
-def _stated_errors(findings: Findings) -> Values:
+def _stated_errors(findings: Findings) -> dict[str, Any]:
     """Allowed and sampled errors, which precede others on pages."""
     table = findings.tables["simplified_model"]
     return {
@@ -201,9 +208,10 @@ def far_errors_table(findings: Findings) -> Table:
     beyond, rows, sentences = findings.tables["beyond"], joint_rows(findings, "beyond"), []
     simplified = findings.tables["simplified_model"]
     drawn = int(beyond.attrs["states_drawn"])
-    names = ["joint", "allowed_error", "sampled_error", "largest_share"]
-    if beyond.certified.notnull().all():
-        names += ["worst_found", "certified", "certified_share"]
+    seen = _stated_errors(findings)
+    if beyond.certified.isnull().any():
+        seen |= {"worst_found": None, "certified": None, "certified_share": None}
+    else:
         sentences.append(
             "The box holds every position, velocity and acceleration between the smallest and the largest of "
             "the trajectory, in any combination. The bound holds in all of the box."
@@ -212,7 +220,6 @@ def far_errors_table(findings: Findings) -> Table:
         if ratio is not None:
             sentences[0] += f" It is at most {number(math.ceil(100 * ratio) / 100)} times the found one."
     if drawn:
-        names += ["within_limits", "within_limits_share"]
         allowed = simplified.allowed_error.values.tolist()
         over = [
             str(row["joint"])
@@ -228,6 +235,7 @@ def far_errors_table(findings: Findings) -> Table:
             f"error is {where}"
         )
     else:
+        seen |= {"within_limits": None, "within_limits_share": None}
         sentences.append(
             "No states were drawn within the arm's limits, as it does not state all of them (`--limits`)."
         )
@@ -237,9 +245,9 @@ def far_errors_table(findings: Findings) -> Table:
         "Torque error farther from the motion",
         values_of(rows),
         (),
-        names,
+        _FAR_ERRORS_ON_PAGE,
         "\n".join(sentences),
-        seen=_stated_errors(findings),
+        seen=seen,
     )
 
 
@@ -247,17 +255,18 @@ def payload_table(findings: Findings) -> Table:
     """Effect of a payload, and uncertainty of the torque; JSON has both in `far_errors_table`."""
     rows = joint_rows(findings, "beyond")
     masses = [row["mass_within_budget"] for row in rows]
-    names = ["joint", "torque_per_kg", "mass_within_budget"]
+    seen: dict[str, Any] = {"mass_within_budget": [mass if mass < math.inf else "any" for mass in masses]}
     note = (
         "A point mass at the origin of the last frame, unknown to the model; state a real payload "
         "with `--payload`."
     )
-    if rows[0]["uncertainty"] is not None:
-        names.append("uncertainty")
+    if rows[0]["uncertainty"] is None:
+        seen["uncertainty"] = None
+    else:
         note += " The standard uncertainty follows from the stated uncertainties of the parameters."
-    values = values_of(rows) | {"mass_within_budget": [mass if mass < math.inf else "any" for mass in masses]}
+    names = ["joint", "torque_per_kg", "mass_within_budget", "uncertainty"]
     title = "Payload and uncertainty of the parameters"
-    return Table("payload", title, declared_columns("beyond", values, names), note)
+    return Table("payload", title, declared_columns("beyond", values_of(rows) | seen, names), note)
 
 
 def difference_table(findings: Findings) -> Table:

@@ -19,17 +19,9 @@ if TYPE_CHECKING:
 
 # What people see of every row.
 _ROWS = [
-    "row",
-    "state",
-    "arm",
-    "trajectory",
-    "model_operations",
-    "exact_operations",
-    "model_sines_cosines",
-    "exact_sines_cosines",
-    "sampled_error",
-    "proven_error",
-]
+    "row", "state", "arm", "trajectory", "model_operations", "exact_operations", "model_sines_cosines",
+    "exact_sines_cosines", "sampled_error", "proven_error",
+]  # fmt: skip
 
 
 def batch_table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:

@@ -39,6 +39,11 @@ from gd_analyze.text import counted, joint_name, visible
 if TYPE_CHECKING:
     import xarray as xr
 
+# What people see of the errors by joint.
+_ERRORS = [
+    "joint", "peak_torque", "largest_error", "largest_share_of_peak_here", "fail_over", "passed",
+    "largest_error_at", "allowed_error", "largest_of_allowed", "unloaded_of_allowed",
+]  # fmt: skip
 # Smallest loss shown to people, as a share of peak torque.
 _LEAST_SHOWN_LOSS = 1e-4
 
@@ -228,20 +233,14 @@ class _Motion:
             "torque_per_kg": effect.torque_per_kg,
             "mass_within_budget": effect.mass_within_budget,
         }
-        names = ["joint", "peak_torque", "largest_error", "largest_share_of_peak_here"]
-        if motion.verdict != "not judged":
-            names += ["fail_over", "passed"]
-        elif motion.trajectory is None:
-            names.append("allowed_error")
-        else:
-            names += ["largest_error_at", "allowed_error"]
-        names.append("largest_of_allowed")
-        seen = {}
-        if unloaded is not None:
-            names.append("unloaded_of_allowed")
-            seen["unloaded_of_allowed"] = share_of(unloaded, allowed)
+        is_judged = motion.verdict != "not judged"
+        unseen = ["largest_error_at", "allowed_error"] if is_judged else ["fail_over", "passed"]
+        if motion.trajectory is None:
+            unseen.append("largest_error_at")
+        seen: dict[str, Any] = dict.fromkeys(unseen)
+        seen["unloaded_of_allowed"] = None if unloaded is None else share_of(unloaded, allowed)
         note = "Allowed: by the budget, where the model was fitted."
-        return declared_table("evaluation", None, "Torque error", values, names, note=note, seen=seen)
+        return declared_table("evaluation", None, "Torque error", values, _ERRORS, note=note, seen=seen)
 
     def omissions(self) -> list[Table]:
         """Dropped parts; people see them only if the error exceeds the promise."""

@@ -37,6 +37,11 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import LARGEST, rounded_up, share_up
 
 _STATE = ("q", "qd", "qdd")
+# What people see of the errors by joint.
+_ERRORS = [
+    "joint", "largest_error", "worst_found", "certified", "certified_between_extremes", "allowed_error",
+    "certified_of_allowed",
+]  # fmt: skip
 
 
 def proof(
@@ -168,19 +173,20 @@ def _joints(
         "certified_share_of_peak_made_for": share_of(certified, accuracy.errors.peak_torque),
         "ratio": certificate.ratio,
     }
-    found, between = ["worst_found"], list[str]()
+    seen: dict[str, Any] = {"certified_between_extremes": None}
     note = "Found: largest error of a search over the box."
     if extremes is not None:
-        found, between = [], ["certified_between_extremes"]
         values["certified_between_extremes"] = extremes.certified
+        seen = {"worst_found": None}
         note = "Extremes: proven for all combinations of values between the motion's extremes."
     return declared_table(
         "proof",
         "joints",
         "Torque error",
         values,
-        ["joint", "largest_error", *found, "certified", *between, "allowed_error", "certified_of_allowed"],
+        _ERRORS,
         note=f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
+        seen=seen,
         words={"largest_error": sampled},
     )
 
