@@ -213,7 +213,6 @@ class _Motion:
         """Errors by joint, beside what is allowed."""
         motion, errors, arm, effect = self.motion, self.motion.errors, self.motion.dynamics.arm, self.effect
         allowed, promised, empty = motion.accuracy.allowed, motion.accuracy.errors, [None] * arm.n_joints
-        of_allowed = share_of(errors.largest, allowed)
         unloaded = None if self.bare is None else self.bare.errors.largest
         values = joint_values(arm.joints) | {
             "peak_torque": errors.peak_torque,
@@ -224,7 +223,7 @@ class _Motion:
             "fail_over": empty if motion.most is None else motion.most,
             "passed": [is_passed(verdict) for verdict in motion.verdicts],
             "allowed_error": allowed,
-            "largest_of_allowed": of_allowed,
+            "largest_of_allowed": share_of(errors.largest, allowed),
             "promised_of_allowed": share_of(promised.largest, allowed),
             "peak_torque_fitted_on": promised.peak_torque,
             "largest_share_of_peak_fitted_on": share_of(errors.largest, promised.peak_torque),
@@ -234,10 +233,10 @@ class _Motion:
             "mass_within_budget": effect.mass_within_budget,
         }
         is_judged = motion.verdict != "not judged"
-        unseen = ["largest_error_at", "allowed_error"] if is_judged else ["fail_over", "passed"]
+        left_out = ["largest_error_at", "allowed_error"] if is_judged else ["fail_over", "passed"]
         if motion.trajectory is None:
-            unseen.append("largest_error_at")
-        seen: dict[str, Any] = dict.fromkeys(unseen)
+            left_out.append("largest_error_at")
+        seen: dict[str, Any] = dict.fromkeys(left_out)
         seen["unloaded_of_allowed"] = None if unloaded is None else share_of(unloaded, allowed)
         note = "Allowed: by the budget, where the model was fitted."
         return declared_table("evaluation", None, "Torque error", values, _ERRORS, note=note, seen=seen)
