@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
 from gd_analyze.motions.columns import Choice, ColumnUse
+from gd_analyze.motions.corrections import as_options, typed
 from gd_analyze.motions.families import SAMPLE, TimeColumns
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.sampling import EQUAL_STAMP_STEP_SHARE, MISSING_READING_STEPS, longest_step
@@ -73,8 +75,6 @@ def log_of(
         values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
         if paired and (role == "q" or np.isfinite(values).any()):
             arrays[role] = values
-    if reading.torque_constant is not None and "torque" in arrays:
-        arrays["torque"] = _torques(arrays["torque"], reading.torque_constant, table, arm)
     q = arrays["q"]
     if not len(q):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
@@ -111,9 +111,14 @@ def log_of(
     if not usable.all():
         time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
         gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
-    if reading.corrections:
-        arrays = reading.corrections.applied(time, arrays, arm)
-        origin += f"; corrected by {reading.corrections.words}"
+    constants = reading.torque_constant or () if "torque" in arrays else ()
+    if reading.corrections or constants:
+        if "torque" not in arrays:
+            reading.corrections.require_torques()
+        correction = reading.corrections.of_arm(arm, constants)
+        arrays = correction.applied(time, arrays)
+        words = shlex.join(as_options(typed(correction, arm.is_revolute)))
+        origin += words and f"; corrected by {words}"
     return Log(
         time=time if gaps is not None else time - time[0],
         q=arrays["q"],
@@ -127,17 +132,6 @@ def log_of(
         gaps=gaps,
         judged=reading.measured is None,
     )
-
-
-def _torques(
-    currents: FloatArray, constants: Sequence[float | None], table: LogTable, arm: RobotArm
-) -> FloatArray:
-    """Torques of currents, shape (N, n), by a constant for each joint."""
-    if len(constants) != arm.n_joints:
-        message, where = "torque constants do not fit the arm", f"--torque-constant; {table.where()}"
-        expected, step = f"{arm.n_joints} numbers, N m/A (N/A)", "give one for every joint, with commas"
-        raise refusal(message, where, expected, str(len(constants)), step)
-    return currents * np.array(constants, dtype=float)
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
