@@ -12,11 +12,9 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.hypothesis import KNOWN_ADVANTAGE, Candidate, Hypothesis, Problem, signs, swapped
 from gd_analyze.diagnosis.remedies import (
-    NOT_IN_DEGREES,
     ONE_DEGREE,
     at_pace,
     corrected,
-    edited,
     in_digits,
     in_unit,
     reordered,
@@ -68,11 +66,12 @@ class PositionUnit(Hypothesis):
         ]
         yield from self._best(problem, single)
         if self._are_read_as_degrees(problem):
+            sizes = np.where(turns, 1.0 / ONE_DEGREE, 1.0)
             yield Candidate(
                 self.name,
                 "Positions are in radians, and were read as degrees",
-                edited(problem.samples, NOT_IN_DEGREES),
-                problem.correction.with_position(np.diag(np.where(turns, 1.0 / ONE_DEGREE, 1.0))),
+                in_unit(problem.samples, sizes),
+                problem.correction.with_position(np.diag(sizes)),
             )
 
     def _best(self, problem: Problem, units: list[tuple[Array, float, str]]) -> Iterator[Candidate]:

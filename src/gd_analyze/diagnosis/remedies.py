@@ -22,12 +22,12 @@ from gd_analyze.units import TIME_UNITS, UNITS
 _DIGITS = 9
 # Relative difference of numbers that are typed and those tried, beyond which they do something else.
 _TYPED_AGREES = 1e-6
-# Radians per degree, and the remedy where these were read as those.
+# Radians per degree, and what all joints that turn are in where their variables are multiplied so.
 ONE_DEGREE = UNITS["angle"]["deg"]
-NOT_IN_DEGREES = "leave out --degrees, or name the columns q1_rad and so on"
+_UNITS_OF_ANGLES = {ONE_DEGREE: "deg", 1.0 / ONE_DEGREE: "rad"}
 NO_PAYLOAD = "leave out --payload"
 # How the unit of positions, and gravity, are said.
-IN_DEGREES, OF_GRAVITY = "--degrees", "--gravity"
+IN_DEGREES, OF_GRAVITY = "--map q=:deg", "--gravity"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,17 +73,21 @@ class Remedy:
     @property
     def reading(self) -> dict[str, Any]:
         """Keywords of `Reading.of` that read the log so."""
-        words: dict[str, Any] = {"map": self._maps()}
-        if (np.abs(self.read.position) == ONE_DEGREE).any():
-            words["degrees"] = True
+        maps = self._maps()
+        sizes = {*np.abs(self.read.position).ravel().tolist()}
+        for angle in (unit for size, unit in _UNITS_OF_ANGLES.items() if size in sizes):
+            maps += [f"{role}=:{angle}" for role in ROLES[:3] if role in self._roles]
         if self.pace != 1.0:
             unit = self._unit_of_time()
-            if unit is None:
-                words["map"].append("time=none")
-                words["rate"] = float(number(1.0 / (self.samples.step * self.pace)))
-            else:
-                words["time_unit"] = unit
-        return {keyword: word for keyword, word in words.items() if word} | self._corrections()
+            rate = float(number(1.0 / (self.samples.step * self.pace)))
+            maps.append(f"time={rate:g}Hz" if unit is None else f"time=:{unit}")
+        return ({"map": maps} if maps else {}) | self._corrections()
+
+    @property
+    def _roles(self) -> set[str]:
+        """Roles of the log's columns; of a log without any, positions."""
+        recording = self.samples.logs[0].recording
+        return {"q"} | {str(use.role) for use in (recording.columns if recording is not None else ())}
 
     @property
     def options(self) -> str:
@@ -112,7 +116,7 @@ class Remedy:
         except GdAnalyzeError:
             return False
         pairs = ((change.position, self.change.position), (change.torque, self.change.torque))
-        is_a_unit = np.isin(np.abs(self.read.position), (0.0, 1.0, ONE_DEGREE)).all()
+        is_a_unit = np.isin(np.abs(self.read.position), (0.0, 1.0, *_UNITS_OF_ANGLES)).all()
         return bool(is_a_unit) and all(
             np.abs(a - b).max() <= _TYPED_AGREES * np.abs(b).max() for a, b in pairs
         )
@@ -198,8 +202,9 @@ def with_constants(samples: Samples, constants: FloatArray) -> Remedy:
 def in_unit(samples: Samples, sizes: FloatArray) -> Remedy:
     """Positions in a unit of each joint, of some size in rad (m), (n,)."""
     none = Correction.none(len(sizes))
-    if np.array_equal(sizes, np.where(samples.arm.is_revolute, ONE_DEGREE, 1.0)):
-        return replace(nothing(samples), read=none.with_position(np.diag(sizes)))
+    for size in _UNITS_OF_ANGLES:
+        if np.array_equal(sizes, np.where(samples.arm.is_revolute, size, 1.0)):
+            return replace(nothing(samples), read=none.with_position(np.diag(sizes)))
     return multiplied(samples, sizes, np.ones(len(sizes)))
 
 
