@@ -149,9 +149,9 @@ def test_a_factor_of_torques_or_of_masses(good, two_link):
 
 def test_radians_that_were_read_as_degrees(good, tmp_path):
     log = written(tmp_path, *good)
-    found = said(log, "--degrees")
+    found = said(log, "--map", "q=:deg")
     assert found["cause"] == "unit of positions"
-    assert found["remedy"].startswith("leave out --degrees")
+    assert found["remedy"].startswith("--map q=:rad")
     assert said(log)["cause"] is None
 
 
@@ -177,8 +177,9 @@ def test_motors_by_the_files_own_gears(good, tmp_path, two_link, torques_alone):
     assert found.cause is not None
     assert found.cause.name == "motor side"
     assert found.cause.numbers == 0
-    log = written(tmp_path, time, turned, torque / ratios)
-    mended = said(log, *shlex.split(found.cause.remedy.options))
+    log, arm = written(tmp_path, time, turned, torque / ratios), tmp_path / "geared.toml"
+    gd.save_arm(geared, arm)
+    mended = said(log, *shlex.split(found.cause.remedy.options), arm=str(arm))
     assert mended["cause"] is None
     assert mended["remains_before"] < 1.5 * found.after.remains + 0.01
 
@@ -192,7 +193,7 @@ def test_positions_beyond_reach_have_no_other_cause(good, two_link):
     )
     assert {cause.name for cause in found.causes} <= {"unit of positions", "motor side"}
     if not found.causes:
-        assert "--degrees" in answer(found)
+        assert "--map q=:deg" in answer(found)
 
 
 # Effects that a log does not show.

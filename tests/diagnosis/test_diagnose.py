@@ -73,15 +73,16 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
         long("direction", "--position-sign"),
         long("scale", "--torque-constant"), long("coupled", "--couple"),
         ("zero", "--offset"), ("lag", "--lag"),
-        long("exchanged", "--map"), ("time", "--time-unit"),
-        ("degrees", "--degrees"), ("degrees of one", "--torque-constant"),
+        long("exchanged", "--map"), ("time", "--map"),
+        ("degrees", "--map"), ("degrees of one", "--torque-constant"),
         long("counts", "--torque-constant"),
     ],
 )  # fmt: skip
 def test_the_option_mends_the_log(kind, option, good, tmp_path):
     """What is said is typed, and then nothing needs an explanation."""
     log = written(tmp_path, *spoilt(kind, *good))
-    found = said(log, *(["--time-unit", "s"] if kind == "time" else []))
+    as_logged = {"time": ["--map", "time=:s"], "degrees": ["--map", "q=:rad"]}
+    found = said(log, *as_logged.get(kind, []))
     assert found["remedy"].startswith(option)
     assert found["remains_after"] < 0.5 * found["remains_before"]
     mended = said(log, *shlex.split(found["remedy"]))

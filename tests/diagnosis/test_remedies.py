@@ -168,8 +168,8 @@ def test_the_remedy_is_typed_as_printed_and_mends_the_log(arm, fault, typed, tmp
     assert log.recording is not None
     assert log.recording.torque is not None
     path = written(tmp_path, log.time, log.recording.q, log.recording.torque, log.recording.qd)
-    # Steps of seconds are not read without a unit; the arm with a hand is in no file.
-    as_logged = ["--time-unit", "s"] if fault == "time in ms" else []
+    # Units that are not stated follow from the numbers where these tell; the arm with a hand is in no file.
+    as_logged = ["--map", "time=:s"] if fault == "time in ms" else ["--map", "q=:rad", "--map", "qd=:rad"]
     problem = problem_of(file, log) if fault == "hand left out" else problem_of(*typed(arm, path, *as_logged))
     cause = told_of(problem, name)
     assert cause.fit is not None
