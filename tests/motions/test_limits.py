@@ -50,7 +50,7 @@ CASES: dict[str, tuple[str, gd.Trajectory, list[tuple[str, ...]]]] = {
     "far out, no degrees": ("two_link", motion([[400, 0]]), [("above its upper limit",)]),
     "two turns without limits": ("slider", motion([[12.5, 0.1]]), []),
     "many turns without limits": ("slider", motion([[90, 0.1]]), [("joint 1", "90 rad (5157 deg)")]),
-    "metres": ("slider", motion([[0, 20]]), [("20 m, 19.5 m above", "0.5 m", "q2_mm")]),
+    "metres": ("slider", motion([[0, 20]]), [("20 m, 19.5 m above", "0.5 m", "--map q=:mm")]),
 }
 
 

@@ -198,7 +198,7 @@ def test_one_angle_in_two_units(read, refused, warned):
 
 
 def test_degrees_of_positions_alone_are_told_by_one_option(log, warned):
-    """Beside velocities in rad/s, where the same option for both would be wrong; the option is typed as it is printed."""
+    """Beside velocities in rad/s, whose unit is another; the option is typed as it is printed."""
     time = 0.004 * np.arange(1000)
     q = np.column_stack([0.8 * np.sin(2.0 * time + k) for k in range(2)])
     qd = np.column_stack([1.6 * np.cos(2.0 * time + k) for k in range(2)])

@@ -12,22 +12,27 @@ from gd_analyze.units import KINDS, UNITS, unit_named
 _PER = {"q": "", "qd": "/s", "qdd": "/s^2"}
 _PER_TIME = dict.fromkeys(("s", "sec"), "/s") | dict.fromkeys(("s^2", "s2", "sec^2", "(s^2)", "s/s"), "/s^2")
 _FOREIGN = VOCABULARY["unit"]["foreign"]
+# deg.s-1, deg s^-2
+_INVERSE = re.compile(r"[.*·]?s\^?[-−]([12])$")
 _BRACKETED = re.compile(r"\[([^\[\]]{1,30})\]|\(([^()]{1,30})\)")
 # vel_rad_s_4, velocity_degps_1, acc_deg_per_s2_1
 _RATE = re.compile(
     r"(?i)(?<![a-z])(deg|rad|mrad|mm)(?:[_ /]per[_ /]|[_ /]|p)s(?:ec)?(\^?2)?(?=[_ .\[(/-]|[0-9]*$)"
 )
+# pos1°, vel 2 °/s, tau_1_%
+_SIGN = re.compile(r"°(?:/s(?:ec)?(?:\^?2|²)?)?|(?<=[0-9_ ])%$")
 _LETTERS = re.compile(r"[^\W\d_]+")
 _PIECES = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 # Units that a name may hold anywhere as a word of its own, and those told by a capital as well: posDeg2.
 _ANGLES = frozenset(["deg", "degs", "degree", "degrees", "rad", "rads", "radian", "radians"])
-_ANYWHERE = _ANGLES | {word for word in _FOREIGN if len(word) > 2}
+_ANYWHERE = _ANGLES | {word for word in _FOREIGN - VOCABULARY["time"]["samples"] if len(word) > 2}
 _ANYWHERE |= frozenset(["mrad", "rpm", "mm", "cm", "nm", "mnm", "knm", "ncm", "ma"])
 
 
 def unit_in_words(text: str) -> str | None:
     """Read a unit in any known spelling; None if it is unknown."""
     bare = re.sub(r"\s+", "", text).replace("²", "^2").replace("**2", "^2")
+    bare = _INVERSE.sub(lambda match: "/s^2" if match[1] == "2" else "/s", bare)
     if bare.lower() == "rpm":
         return "rpm"
     base, slash, per = bare.partition("/")
@@ -73,6 +78,9 @@ def unit_taken_out(name: str, known: Container[str]) -> tuple[str, str]:
         unit = unit_in_words(match[1] or match[2])
         if unit is not None:
             return _blanked(name, *match.span()), unit
+    sign = _SIGN.search(name)
+    if sign is not None:
+        return _blanked(name, *sign.span()), unit_in_words(sign[0]) or sign[0]
     for separator in ("_", " ", "-", "/"):
         front, between, last = name.rpartition(separator)
         if separator == "/" and ("/" in front or last.lower() in _FIELDS_OF_STAMPS):

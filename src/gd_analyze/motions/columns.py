@@ -111,6 +111,10 @@ def _named(table: LogTable, arm: RobotArm, reading: Reading) -> NamedLog:
     arm_names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
     joints = JointNames.as_given(given.joints) if given.joints else JointNames.of(arm_names)
     names = [_judged(column_name(text, joints), table, k, reading) for k, text in enumerate(table.names)]
+    if given.joints and not any(name.joint is not None for name in names):
+        message, listed = "no column names one of these joints", listed_names(table.names)
+        step = "give the joints' names as they stand in the names of the columns"
+        raise refusal(message, f"--map joints={','.join(given.joints)}", "joints of the log", listed, step)
     names = _with_joints_in_cells(names, table, joints)
     for column, unit in given.units.items():
         names[column] = replace(names[column], unit=unit, fault="")
@@ -126,7 +130,7 @@ def _named(table: LogTable, arm: RobotArm, reading: Reading) -> NamedLog:
 def _judged(name: ColumnName, table: LogTable, column: int, reading: Reading) -> ColumnName:
     """No quantity where the cells are text; currents are torques where the user says what they give."""
     if name.role == "current" and reading.torque_constant is not None:
-        name = replace(name, role="torque", rank=1, unit=name.unit or "A")
+        name = replace(name, role="torque", rank=3, unit=name.unit or "A")
     elif name.role == "torque" and name.unit in UNITS["current"] and reading.torque_constant is None:
         name = replace(name, fault=f"in {name.unit}, no unit of torque")
     if name.role == "time" and name.unit not in ("", *TIME_UNITS):
@@ -193,8 +197,11 @@ def _preferred(log: NamedLog, role: MotionRole, q: Family | None, zero: Sequence
     if role == "q" or patterned:
         alive = alive or complete
 
+    # Beside q, theta is something else; beside position it may be the angle.
+    has_symbol = any(family.rank == 0 for family in alive)
+
     def preference(family: Family) -> tuple[object, ...]:
-        return (q is not None and family.kind != q.kind, *family.preference)
+        return (q is not None and family.kind != q.kind, *family.preference(has_symbol))
 
     best = min(map(preference, alive), default=())
     preferred = [family for family in alive if preference(family) == best]
@@ -284,9 +291,10 @@ def _unit_of(log: NamedLog, role: MotionRole, index: int, column: int) -> str:
     if role == "torque" and stated in UNITS["current"]:
         step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
         raise refusal(message, table.where(None, column), "the joint's torque per ampere", stated, step)
-    another = f"--map '{role}:{joint.name}=COLUMN' names another"
-    step = f"check its joint, as {joint.name} is {joint.kind}; {another}"
-    raise refusal(message, table.where(None, column), ", ".join(units_of(role, revolute)), stated, step)
+    units = units_of(role, revolute)
+    another = map_option(f"{role}:{joint.name}={table.names[column]}:{next(reversed(units))}")
+    step = f"check its joint, as {joint.name} is {joint.kind}; {another} states another unit"
+    raise refusal(message, table.where(None, column), ", ".join(units), stated, step)
 
 
 def _require_one_role_each(choice: Choice, table: LogTable) -> None:
@@ -365,6 +373,15 @@ def _remarks(log: NamedLog, chosen: Mapping[str, Family], zero: Sequence[Family]
         )
         remarks.append(f"{logged}, {arm.n_joints} in arm {arm.name}; {check}")
     for role, family in chosen.items():
+        has_word = any(len(word) > 1 for word in family.label)
+        if q is not None and has_word and not q.label and role not in log.given.patterns:
+            unknown = (
+                f"what {' '.join(family.label)} means in {names[min(family.all_columns)]} ... is unknown"
+            )
+            options = (
+                f"{map_option(said_of(role, family, log))} confirms it, --map {role}=none leaves them out"
+            )
+            remarks.append(f"{PLURAL[role]}: {unknown}; {options}")
         others = [other for other in zero if other.role == role and other is not family]
         if others:
             first = ", ".join(names[min(other.all_columns)] for other in others)

@@ -100,10 +100,13 @@ class Family:
         """The pattern that --map takes; "" if its names have several."""
         return self.patterns[0] if len(self.patterns) == 1 and "*" in self.patterns[0] else ""
 
-    @property
-    def preference(self) -> tuple[int, int, bool]:
-        """Order of a role's families: measured before what is not said; usual words; bare numbers."""
-        return ("measured", "", "target").index(self.kind), self.rank, bool(self.label)
+    def preference(self, has_symbol: bool) -> tuple[int, int, bool]:
+        """Order of a role's families: measured before what is not said; usual words; bare numbers.
+
+        Words of second choice are one beside a family named by a symbol only.
+        """
+        rank = 1 if self.rank < 2 or (self.rank == 2 and not has_symbol) else self.rank
+        return ("measured", "", "target").index(self.kind), rank, bool(self.label)
 
     @property
     def is_si(self) -> bool:

@@ -22,8 +22,8 @@ SAMPLE = "sample"
 BY_VELOCITIES = "positions against velocities"
 # Preferred are the time of the rows, then the stamp of the message, then anything called time.
 _ROW_TIME, _STAMP, _ANY = 0, 1, 2
-# Instants since 1970 that are dates: from 1990 to 2100.
-_EARLIEST_DATE_SECONDS = 6.3e8
+# Instants since 1970 that are dates: from 2000 to 2100; what some count since 1900 or the year 1 is none.
+_EARLIEST_DATE_SECONDS = 9.4e8
 _LATEST_DATE_SECONDS = 4.2e9
 # Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
 # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
@@ -32,6 +32,8 @@ _LONGEST_FRACTIONAL_STEP_SECONDS = 0.5
 # Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in ms,
 # us or ns.
 _LONGEST_STEP_IN_SECONDS = 0.5
+# Shorter steps are in another unit, such as days, or velocities in one a thousand times smaller say so.
+_SHORTEST_STEP_SECONDS = 2e-5
 # Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
 _SHORTEST_LIKELY_STEP_SECONDS = 1e-4
 _LONGEST_LIKELY_STEP_SECONDS = 1.0
@@ -178,11 +180,13 @@ def in_seconds(
         return clock.values * TIME_UNITS[unit], unit, why
     step, by_numbers = clock.step(), unit_by_numbers(clock.values) or {}
     unit_found = by_numbers.get("time", "")
+    if unit_found and step * TIME_UNITS[unit_found] < _SHORTEST_STEP_SECONDS:
+        unit_found = ""
     if unit_found and (unit_found != "s" or step > _LONGEST_STEP_IN_SECONDS):
         return clock.values * TIME_UNITS[unit_found], unit_found, BY_VELOCITIES
     if unit == SAMPLE or (clock.is_whole and step == 1.0):
         raise _counts(clock, by_numbers.get("rate", ""))
-    if step <= _LONGEST_STEP_IN_SECONDS:
+    if step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= _LONGEST_STEP_IN_SECONDS:
         return clock.values, "s", "no unit stated"
     raise _unknown_unit(clock)
 

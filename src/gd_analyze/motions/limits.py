@@ -201,7 +201,7 @@ def _exceeded_limits(trajectory: Trajectory, arm: RobotArm, suspects: Sequence[i
             message += f"; {derived} is derived, which amplifies rounding: smooth q or add {derived}"
         sliding = [violation.joint for violation in alike if quantity == "position" and violation.unit == "m"]
         if sliding:
-            message += f"; in another unit than m, name the column q{sliding[0]}_mm or _cm"
+            message += f"; if joint {sliding[0]} is in another unit than m: --map q=:mm"
         yield message
 
 

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.column_units import fits_some_joint, unit_in_words, units_of
+from gd_analyze.motions.column_units import fits_some_joint, fitting_unit, unit_in_words, units_of
 from gd_analyze.motions.reading import Reading, rate_in, refusal
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
 _NONE = "none"
 # Most names listed in a message.
@@ -29,6 +29,7 @@ class ColumnMap:
 
     table: LogTable
     arm: RobotArm
+    currents: bool  # whether the user says what currents give
     time: int | None = None  # column of time
     time_unit: str = ""
     rate: float | None = None  # samples per second, of the rows or of what the column of time counts
@@ -49,7 +50,7 @@ class ColumnMap:
         TrajectoryError
             If there is no such column, joint or unit.
         """
-        given = cls(table, arm)
+        given = cls(table, arm, reading.torque_constant is not None)
         for role, value in reading.map:
             name, _, joint = role.partition(":")
             if name == "time":
@@ -58,7 +59,9 @@ class ColumnMap:
                 given._add_joints(value)
             elif value == _NONE:
                 given.left_out.add(name)
+                given.patterns.pop(name, None)
             elif joint:
+                given.left_out.discard(name)
                 given._add_column(name, joint_named(joint, arm), *without_unit(value, name, table))
             else:
                 given._add_columns(name, value)
@@ -86,7 +89,13 @@ class ColumnMap:
 
     def _add_columns(self, role: str, value: str) -> None:
         """The columns of all joints: a pattern, a list, or the unit alone of those that are recognized."""
+        self.left_out.discard(role)
         text, unit = without_unit(value, role, self.table)
+        if unit and not any(fitting_unit(unit, role, kind, self.currents) for kind in self.arm.is_revolute):
+            message, kinds = f"no joint of {self.arm.name} has {role} in {unit}", {*self.arm.is_revolute}
+            expected = ", ".join(dict.fromkeys(u for kind in kinds for u in units_of(role, kind)))
+            step = "give --torque-constant, too" if unit in UNITS["current"] else None
+            raise refusal(message, "--map", expected, f"{role}={value}", step)
         if not text:
             self.role_units[role] = unit
             return
@@ -106,6 +115,9 @@ class ColumnMap:
             self._add_column(role, joint, name, unit)
 
     def _add_column(self, role: str, joint: int, name: str, unit: str) -> None:
+        if not name:
+            expected = f"{role}:{joint + 1}=COLUMN:{unit}, or {role}=:{unit} for all joints"
+            raise refusal("no column is named", "--map", expected, f"{role}:{joint + 1}=:{unit}")
         column = _column_named(name, self.table)
         self.columns[role, joint] = column
         self.units.update({column: unit} if unit else {})
@@ -178,7 +190,7 @@ def joint_named(name: str, arm: RobotArm) -> int:
 
 def _column_named(column: str, table: LogTable) -> int:
     """Column given by name, or by #NUMBER from 1; TrajectoryError if there is none or several."""
-    if column.startswith("#") and column[1:].isascii() and column[1:].isdigit() and len(column) < 8:
+    if column not in table.names and re.fullmatch("#[0-9]{1,6}", column):
         number = int(column[1:])
         if 1 <= number <= len(table.names):
             return number - 1

@@ -24,9 +24,11 @@ from gd_analyze.motions.vocabulary import (
 _TIME, _JOINT = VOCABULARY["time"], VOCABULARY["joint"]
 EXTERNAL = tuple(_JOINT["external"])
 _LETTERS = _JOINT["letters"] | _JOINT["external"]
-_KNOWN = VOCABULARY["unit"]["treatment"] | {word for phrase in MEANINGS for word in phrase}
-# Rank of the bare name of a joint; 0 and 1 are those of a quantity's usual words and of second choice.
-_BARE = 2
+_KNOWN = frozenset(word for phrase in MEANINGS for word in phrase)
+# Rank of the bare name of a joint, behind those of `Meaning`.
+_BARE = 3
+# An axis by its letter, which is a capital where nothing else names a joint: A1, E1.
+_AXIS = re.compile(r"(?<![A-Za-z])[AE](?=[0-9])")
 TIMED = ("time", "sec", "nanosec", "index")
 OTHER = "no quantity of the joints' motion"
 _SET_POINT_COLUMN = re.compile(r"time|(qdd|qd|q)[1-9][0-9]{0,5}(_deg)?")
@@ -83,7 +85,7 @@ class ColumnName:
     text: str  # as written
     role: str = "other"  # a quantity of `MOTION_QUANTITIES`, one of `TIMED`, "names" of joints, or "other"
     kind: str = ""  # "measured", "target" or "" if it does not say
-    rank: int = 0  # 0 for `q` and `position`, 1 for `theta`, 2 for the name of a joint alone
+    rank: int = 0  # 0 for `q`, 1 for `position`, 2 for `theta`, 3 for the name of a joint alone
     unit: str = ""  # stated in the name
     joint: int | None = None  # the arm's joint that it names, from 0
     number: int | None = None  # of the joint, in a name without the arm's
@@ -140,7 +142,7 @@ def column_name(text: str, joints: JointNames) -> ColumnName:
     """
     bare, unit = unit_taken_out(text, _KNOWN | joints.known)
     parts = ((match.start(), match[0]) for match in re.finditer(r"[^/.]+", bare))
-    segments = [words for start, part in parts if (words := placed_words(part, start))]
+    segments = [_derived(words) for start, part in parts if (words := placed_words(part, start))]
     joint_words, joint = _joint_in(segments, joints)
     texts = [[word.text for word in segment] for segment in segments]
     role = "" if joint is not None and joints.given else _role_of_time(texts)
@@ -153,10 +155,10 @@ def column_name(text: str, joints: JointNames) -> ColumnName:
     kinds = {token.meaning.kind for segment in tokens for token in segment if token.meaning is not None}
     if segments and segments[0][0].text in VOCABULARY["kind"]["first_target"]:
         kinds.add("target")
-    rank = _BARE if quantity is None else int(quantity.second)
+    rank = _BARE if quantity is None else quantity.rank
     # "current position" is measured; a torque that follows from a current is second choice.
     if quantity is not None and quantity.of != "current" and any(t.means("current") for t in tokens[at]):
-        kinds, rank = (kinds, 1) if quantity.of == "torque" else ({*kinds, "measured"}, rank)
+        kinds, rank = (kinds, 3) if quantity.of == "torque" else ({*kinds, "measured"}, rank)
     name = ColumnName(
         text,
         role="other" if quantity is None else quantity.of,
@@ -166,6 +168,14 @@ def column_name(text: str, joints: JointNames) -> ColumnName:
         joint=joint,
     )
     return _judged(_with_joint(name, segments, tokens, at, joint_words), tokens, joints)
+
+
+def _derived(words: list[NameWord]) -> list[NameWord]:
+    """Words of a segment, the dot of q1_dot before the number."""
+    for k in range(1, len(words)):
+        if words[k].text in ("dot", "ddot") and words[k - 1].is_count:
+            words[k - 1], words[k] = words[k], words[k - 1]
+    return words
 
 
 def _joint_in(segments: list[list[NameWord]], joints: JointNames) -> tuple[list[NameWord], int | None]:
@@ -282,7 +292,9 @@ def _judged(name: ColumnName, tokens: Sequence[Sequence[_Token]], joints: JointN
     if name.role == "other":
         # The letter of joint_a1 and E1, but not of J1_A.
         has_letter = any((letter, "*") in pairwise(name.key) for letter in _LETTERS)
-        says_joint = has_letter or any(token.means("joint") for token in every)
+        says_joint = bool(_AXIS.search(name.text)) or any(
+            token.means("joint") and token.text not in _LETTERS for token in every
+        )
         strange = (
             {*name.label, *name.topic} - joints.known - ({*name.label} & _LETTERS if has_letter else set())
         )

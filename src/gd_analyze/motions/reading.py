@@ -112,7 +112,9 @@ def _pair(entry: str) -> tuple[str, str]:
 
 def _require_role(role: str, value: str) -> None:
     name, colon, joint = role.partition(":")
-    if name in ROLES and bool(colon) == bool(joint):
+    if name == "q" and value == "none":
+        raise refusal("a motion needs positions", "--map", "their columns", f"{role}={value}")
+    if name in ROLES and bool(colon) == bool(joint) and not (joint and value == "none"):
         return
     if role == "joints" or (role == "time" and value != "none"):
         return

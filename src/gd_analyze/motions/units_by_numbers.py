@@ -18,6 +18,13 @@ _DEGREE = math.pi / 180.0
 _FACTOR_TOLERANCE = 0.1
 # Share of the farthest joint's travel below which a joint's velocities say nothing.
 _STILL_SHARE = 0.05
+# Degrees that stay as near to zero are radians, and the time is in minutes.
+_LEAST_DEGREES = 3.15
+# Joints nearer to zero, rad, say nothing of their unit; without limits more than a turn is out of reach.
+_AWAY_FROM_ZERO = 0.1
+_ONE_TURN = 2.0 * math.pi
+# Rates of samples below which an estimate is none.
+_LOWEST_RATE = 5.0
 # Angles are in degrees where a joint reaches so many times the end of its range, or turns so often without
 # one, and every joint is within its range if they are.
 _BEYOND_RANGE = 3.0
@@ -73,10 +80,11 @@ def units_of_derivatives(
     for unit, second in TIME_UNITS.items() if time else [("s", 1.0)]:
         for in_degrees, size in angles:
             agree = np.abs(factors * second / size - 1.0) < _FACTOR_TOLERANCE
-            if 2 * agree.sum() > len(factors):
+            is_small = "q" in in_degrees and usual_reach(q).max() < _LEAST_DEGREES
+            if 2 * agree.sum() > len(factors) and not is_small:
                 return in_degrees | ({"time": unit} if time else {})
     middle = float(np.median(factors))
-    if time and (np.abs(factors / middle - 1.0) < _FACTOR_TOLERANCE).all():
+    if time and middle >= _LOWEST_RATE and (np.abs(factors / middle - 1.0) < _FACTOR_TOLERANCE).all():
         return {"rate": f"{float(f'{middle:.{_DIGITS_OF_RATE}g}'):g}Hz"}
     return None
 
@@ -84,20 +92,21 @@ def units_of_derivatives(
 def joint_in_degrees(q: FloatArray, arm: RobotArm) -> int | None:
     """Joint, from 0, that shows positions (N, n) of all that turn to be in degrees; None if none does.
 
-    Most joints that move are beyond their range, and within it if these are degrees, but not if these are
-    positions of motors in front of the file's gears.
+    Most joints away from zero are beyond their range, and within it if these are degrees, but not if these
+    are positions of motors in front of the file's gears.
     """
     turns, reach = np.array(arm.is_revolute), usual_reach(q)
     ends = np.maximum(np.abs(arm.limits("lower")), np.abs(arm.limits("upper")))
     limited = np.isfinite(ends) & (ends > 0.0)
     ends = np.where(limited, ends, _MOST_TURNS)
     far = np.flatnonzero(turns & (reach > np.where(limited, _BEYOND_RANGE, 1.0) * ends))
-    moving = turns & (reach > 0.0)
+    away = turns & (reach > _AWAY_FROM_ZERO)
     ratios = np.array([abs(drive.gear_ratio) for drive in arm.drives] or [1.0] * arm.n_joints)
     in_degrees, of_motors = (
         (x <= _RANGE_MARGIN * ends)[turns].all() for x in (_DEGREE * reach, reach / ratios)
     )
-    is_most = 2 * (reach > ends)[moving].sum() > moving.sum()
+    out_of_reach = reach > np.where(limited, _RANGE_MARGIN * ends, _ONE_TURN)
+    is_most = 2 * (away & out_of_reach).sum() > away.sum()
     return int(far[0]) if len(far) and is_most and in_degrees and not of_motors else None
 
 

@@ -30,7 +30,10 @@ class Meaning:
     of: str  # a table of words.toml: "q", "kind", "joint"
     kind: str = ""  # "measured" or "target"
     unit: str = ""
-    second: bool = False  # whether another word of the same table is preferred
+    rank: int = 1  # of a quantity: 0 for a symbol, 1 for a word, 2 for a word of second choice
+
+
+_RANKS = {"symbol": 0, "second": 2}
 
 
 def _meanings() -> dict[Words, Meaning]:
@@ -42,7 +45,7 @@ def _meanings() -> dict[Words, Meaning]:
             kind, _, unit = name.partition("_")
             kind = kind if kind in ("measured", "target") else ""
             for phrase in phrases:
-                meanings[tuple(phrase.split())] = Meaning(table, kind, unit, name == "second")
+                meanings[tuple(phrase.split())] = Meaning(table, kind, unit, _RANKS.get(name, 1))
     return meanings
 
 
