@@ -46,6 +46,7 @@ class Fact:
     shown: ShownAs = "number"
     text: str | None = None  # how a person reads the value, where number and unit do not say it
     note: str = ""  # remark in brackets behind it: "joint 5"
+    drawn: Sequence[Any] = ()  # symbols that a report may show in place of the text
 
     def __post_init__(self) -> None:
         _require_names(self.key, self.label)
@@ -186,12 +187,12 @@ class Table:
         """Number of rows."""
         return len(self.columns[0].values) if self.columns else 0
 
-    def shown(self, *, on_page: bool = False) -> list[tuple[SeenColumn, str, list[str]]]:
+    def shown(self) -> list[tuple[SeenColumn, str, list[str]]]:
         """Columns that people see, each with the unit for its heading and its cells as text.
 
         The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
         """
-        seen, out = self._seen(on_page), []
+        seen, out = [column for column in self.columns if isinstance(column, SeenColumn)], []
         for column in seen:
             unit, values = column.only_unit, column.values[: self.top]
             if unit is None:
@@ -202,10 +203,6 @@ class Table:
             scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
             out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
-
-    def _seen(self, on_page: bool) -> list[SeenColumn]:
-        seen = [column for column in self.columns if isinstance(column, SeenColumn)]
-        return [column for column in seen if on_page or not column.pages_only]
 
     def _prefixed(self, unit: str, columns: Sequence[SeenColumn]) -> tuple[float, str]:
         alike = (c.values[: self.top] for c in columns if c.is_number and c.only_unit == unit)
@@ -275,11 +272,11 @@ class Result:
     notes: tuple[str, ...] = ()  # what a report says at its end and a terminal counts; notices in JSON
     provenance: Mapping[str, str] = field(default_factory=dict)  # origin of the result: label and value
 
-    def document(self) -> dict[str, Any]:
+    def values(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""
-        document = {"headline": self.headline} if self.headline else {}
-        document |= _document((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
-        return document | ({"provenance": dict(self.provenance)} if self.provenance else {})
+        values = {"headline": self.headline} if self.headline else {}
+        values |= values_of_parts((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
+        return values | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
 def joint_columns(joints: Sequence[Any]) -> tuple[AnyColumn, ...]:
@@ -320,19 +317,6 @@ def for_people(column: SeenColumn) -> ShownColumn:
     """The same column for people alone."""
     names = (named.name for named in fields(ShownColumn))
     return ShownColumn(**{name: getattr(column, name) for name in names})
-
-
-def for_json(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """Facts and tables as JSON alone has them."""
-    stored: list[Part] = []
-    for part in parts:
-        if isinstance(part, Table):
-            columns = (column for column in part.columns if isinstance(column, StoredColumn))
-            values = tuple(ValueColumn(column.key, column.values) for column in columns)
-            stored.append(replace(part, columns=values))
-        elif isinstance(part, StoredFact):
-            stored.append(Value(part.key, part.value))
-    return tuple(stored)
 
 
 def value_text(value: Any, unit: str = "", shown: ShownAs = "number") -> str:
@@ -378,13 +362,14 @@ def _is_number(value: Any) -> bool:
     return not isinstance(value, str) and not _is_unknown(value)
 
 
-def _document(parts: Sequence[Part]) -> dict[str, Any]:
-    document: dict[str, Any] = {}
+def values_of_parts(parts: Sequence[Part]) -> dict[str, Any]:
+    """Parts as JSON values by their keys."""
+    values: dict[str, Any] = {}
     for key, value in _entries(parts):
-        if key in document:
+        if key in values:
             raise ValueError(f"two parts of a result are called {key!r}")
-        document[key] = value
-    return document
+        values[key] = value
+    return values
 
 
 def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
@@ -392,7 +377,7 @@ def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
         if isinstance(part, Section) and not part.key:
             yield from _entries(part.parts)
         elif isinstance(part, Section):
-            yield part.key, _document(part.parts)
+            yield part.key, values_of_parts(part.parts)
         elif isinstance(part, StoredFact):
             yield part.key, plain(part.value)
         elif isinstance(part, Table) and part.key:

@@ -21,11 +21,11 @@ from gd_analyze.result import (
     Table,
     Value,
     ValueColumn,
-    for_json,
     for_people,
     joint_columns,
     plain,
     value_text,
+    values_of_parts,
 )
 
 LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
@@ -117,7 +117,7 @@ def test_a_sum_in_brackets_longer_than_a_line_wraps():
 
 
 def test_as_json(result):
-    document = result.document()
+    document = result.values()
     assert document["joints"][0] == {
         "joint": 1, "joint_name": "shoulder", "effort_unit": "N m", "torque": 5.0, "share": 0.5,
     }  # fmt: skip
@@ -126,7 +126,7 @@ def test_as_json(result):
     assert document["notices"] == ["Note."]
     assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
     with pytest.raises(ValueError, match="error"):
-        Result("twice", facts=(Value("error", 1), Value("error", 2))).document()
+        Result("twice", facts=(Value("error", 1), Value("error", 2))).values()
 
 
 @pytest.mark.parametrize(
@@ -148,9 +148,7 @@ def test_every_part_has_the_names_that_its_class_takes(part, names):
 
 
 def test_json_and_people_see_their_own(result):
-    (table,) = for_json([result.parts[0]])
-    assert table.rows() == result.parts[0].rows()
-    assert table.shown() == []
-    assert for_json([Shown("a", "b"), Fact("error", "Error", 1.0)]) == (Value("error", 1.0),)
+    assert values_of_parts([result.parts[0]]) == {"joints": result.parts[0].rows()}
+    assert values_of_parts([Shown("a", "b"), Fact("error", "Error", 1.0)]) == {"error": 1.0}
     column = for_people(Column("torque", "torque", [1.0], "N m", "bound", "meant"))
     assert column == ShownColumn("torque", [1.0], "N m", "bound", "meant")

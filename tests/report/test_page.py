@@ -14,11 +14,11 @@ from gd_analyze import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_report import main_report
+from gd_analyze.report.main_report import main_report, main_result
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table, ValueColumn
-from gd_analyze.results.run_result import is_unreadable, run_result
+from gd_analyze.results.run_facts import is_unreadable
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
 from long_cases import long
@@ -142,7 +142,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
         # At 20 % seven terms exceed the budget alone, at 50 % two.
-        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_result"):
+        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_facts"):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
     findings = gd.analyze(two_link, swing)
     assert is_unreadable(findings)
@@ -150,7 +150,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(page_of(main_report(findings))))
-    terminal = " ".join(text_of(result_document(run_result(findings))).split())
+    terminal = " ".join(text_of(result_document(main_result(findings))).split())
     for said in (words, terminal):
         assert f"the exact torque in {full} operations" in said
         assert "too many" in said

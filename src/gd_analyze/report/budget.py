@@ -22,7 +22,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import gamma_size, structure_note, worst_error
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
-from gd_analyze.results.run_result import stop_rows
+from gd_analyze.results.run_facts import stop_rows
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands
 
@@ -108,12 +108,12 @@ class BudgetPath:
         }
 
 
-def budget_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
+def budget_data(findings: Findings) -> dict[str, Any]:
     """The slider: named budgets, models by position, and the exact counts beside theirs.
 
     Without other models "path" is None, and "reason" says why.
     """
-    model, kind = findings.model, made_of(findings)
+    model, kind, path = findings.model, made_of(findings), BudgetPath.of(findings)
     reason = ""
     if not path.moves and len(path.rows) > 1 and kind != "exact":
         low, high = (budget_words(path.rows[k]["budget"]) for k in (0, -1))
@@ -281,14 +281,16 @@ def budget_equations(findings: Findings, path: BudgetPath) -> list[dict[str, Any
     return [writer.element(left, elements[left]) for left in ordered]
 
 
-def terms_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """The model's terms as the slider moves them, with what explains them."""
+def terms_data(findings: Findings) -> dict[str, Any] | None:
+    """The model's terms as the slider moves them, with what explains them; None without terms."""
     model = findings.model
+    if made_of(findings) != "terms":
+        return None
     structure, _, gamma = structure_note(model).partition("\n")
     return {
         "structure": structure,
         "gamma": gamma,
-        "elements": budget_equations(findings, path),
+        "elements": budget_equations(findings, BudgetPath.of(findings)),
         "legend": legend_of(model.equations.legend),
         "own_coefficients": model.level is ENERGY,
     }

@@ -18,6 +18,7 @@ from gd_analyze.result import (
     Column,
     Drawing,
     Equations,
+    Fact,
     Mark,
     Part,
     Result,
@@ -45,7 +46,7 @@ class Document(NamedTuple):
 def result_document(result: Result) -> Document:
     """Make the document of a result."""
     parts = PartWriter()
-    content = opening_of(result) | {"parts": parts.of(result.parts), "values": result.document()}
+    content = opening_of(result) | {"parts": parts.of(result.parts), "values": result.values()}
     return Document(content, parts.figures)
 
 
@@ -75,32 +76,27 @@ class PartWriter:
     tables: dict[str, int] = field(default_factory=dict)  # numbers by key
 
     def of(self, parts: Iterable[Part]) -> list[dict[str, Any]]:
-        """Write what people see of parts; facts that follow each other are one part."""
+        """Write what people see of parts; facts that follow each other are one part.
+
+        Parts of a section without a heading stand by themselves.
+        """
         out: list[dict[str, Any]] = []
         for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
             if are_facts:
                 facts = _facts(alike)
                 out += [{"kind": "facts", "facts": facts}] if facts else []
-            else:
-                out += [self.part(part) for part in alike if not isinstance(part, Table) or _is_seen(part)]
+                continue
+            for part in alike:
+                if isinstance(part, Section):
+                    inside = self.of(part.parts)
+                    out += [_section(part, inside)] if part.title or part.note else inside
+                elif isinstance(part, Drawing):
+                    out.append(self._figure(part))
+                elif isinstance(part, Equations):
+                    out.append(_equations(part))
+                elif isinstance(part, Table) and _is_seen(part):
+                    out.append(self._table(part))
         return out
-
-    def part(self, part: Part) -> dict[str, Any]:
-        """Write one part other than a fact."""
-        if isinstance(part, Section):
-            return {
-                "kind": "section",
-                "key": part.key,
-                "title": part.title,
-                "note": _lines(part.note),
-                "parts": self.of(part.parts),
-            }
-        if isinstance(part, Drawing):
-            return self._figure(part)
-        if isinstance(part, Equations):
-            return _equations(part)
-        assert isinstance(part, Table)
-        return self._table(part)
 
     def _figure(self, drawing: Drawing) -> dict[str, Any]:
         figure = drawing.figure
@@ -125,7 +121,7 @@ class PartWriter:
             "key": table.key,
             "number": number,
             "title": table.title,
-            "columns": [_column(*shown) for shown in table.shown(on_page=True)],
+            "columns": [_column(*shown) for shown in table.shown()],
             "rows": n_rows,
             "of": table.n_rows,
             "note": _lines(table.note),
@@ -143,9 +139,25 @@ def _is_seen(table: Table) -> bool:
     )
 
 
-def _facts(parts: Iterable[Part]) -> list[dict[str, str]]:
-    seen = [part for part in parts if isinstance(part, SeenFact)]
-    return [{"label": fact.label, "text": fact.written} for fact in seen]
+def _section(section: Section, parts: Sequence[Any]) -> dict[str, Any]:
+    return {
+        "kind": "section",
+        "key": section.key,
+        "title": section.title,
+        "note": _lines(section.note),
+        "parts": parts,
+    }
+
+
+def _facts(parts: Iterable[Part]) -> list[dict[str, Any]]:
+    return [_fact(part) for part in parts if isinstance(part, SeenFact)]
+
+
+def _fact(fact: SeenFact) -> dict[str, Any]:
+    out: dict[str, Any] = {"label": fact.label, "text": fact.written, "note": fact.note}
+    if isinstance(fact, Fact):
+        out |= {"key": fact.key, "drawn": [typeset_value(value) for value in fact.drawn]}
+    return out
 
 
 def _column(column: SeenColumn, unit: str, cells: Sequence[str]) -> dict[str, Any]:

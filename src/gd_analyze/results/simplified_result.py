@@ -134,10 +134,15 @@ def _model_parts(
         )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
     equation_set = model.equations if joint_velocities else Written(model.formulas, model.legend)
+    too_many = model.has_terms and len(model.terms) > READABLE
     written = equation_part(
-        "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
+        "equations",
+        title,
+        equation_set.formulas,
+        equation_set.legend,
+        note,
+        digits,
+        most_lines=0 if too_many else None,
     )
-    if model.has_terms and len(model.terms) > READABLE:
-        written = replace(written, most_lines=0)
     facts = (Value("terms", len(model.terms)), Value("legend", list(written.legend_lines)))
     return (*facts, written)

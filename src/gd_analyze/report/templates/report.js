@@ -120,7 +120,7 @@ const viewer = (() => {
 // A cell of the matrix opens its element; arrow keys go from cell to cell.
 document.body.classList.add("scripted");
 (() => {
-  const panel = element("element"), cells = all(".cell"), details = new Map(data.elements.map((detail) => [detail.label, detail]));
+  const panel = element("element"), cells = all(".cell"), details = data.elements;
   const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
   const maths = (words) => escaped(words).replace(/ - /g, " − ").replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
@@ -130,7 +130,7 @@ document.body.classList.add("scripted");
     return `<div class="strip" aria-hidden="true">${runs.join("")}</div>`;
   }
   function show(label) {
-    const detail = details.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
+    const detail = details[label], drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
     const line = (words) => `<dd>${maths(`${label} = ${words}`)}</dd>`;
     const over = detail.over_time && `<dt>Verdict over time${detail.changes && `: ${detail.changes}`}</dt><dd>${strip(detail.over_time)}</dd>`;
     const exact = detail.exact === undefined ? "" : `<dt>Exact</dt>${line(detail.exact)}`;
