@@ -1,28 +1,27 @@
 """The result of a verb: facts, tables, figures and equations; renderers show them and compute nothing.
 
-A `Fact` and a `Column` have two names: a key in JSON, and a label that people read. What JSON alone has, a
-`Value` or a `ValueColumn`, has only a key; what people alone see, `Shown` or a `ShownColumn`, only a label.
+A `Fact` has two names: a key in JSON, and a label that people read. What JSON alone has, a `Value`, has only
+a key; what people alone see, `Shown`, only a label. JSON has the values of a `Table`, people see its columns.
+A table, a section or equations whose key is None are for people alone.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
 from gd_analyze.text import (
     amount,
-    joint_name,
     number,
     percent,
     prefixed,
     pretty,
     rounded_up,
     share_up,
-    short_names,
 )
 
 # How a person reads a value; JSON has it as it is. A "bound" is rounded up, a "name" may be shortened, a
@@ -99,12 +98,21 @@ class Mark:
     text: str
 
 
-class _Seen:
-    """What the columns that people see have in common."""
+@dataclass(frozen=True)
+class Column:
+    """One column of a table, as people see it; `gd_analyze.schema.declared_columns` makes it by name."""
 
-    unit: str | Sequence[str]
-    shown: ShownAs
-    drawn: Sequence[Any] | None
+    label: str  # heading
+    values: Sequence[Any] | np.ndarray  # one per row; None or nan where there is none
+    unit: str | Sequence[str] = ""  # of all rows, or one per row
+    shown: ShownAs = "number"
+    meaning: str = ""  # what the column says, in a noun phrase
+    drawn: Sequence[Any] | None = None  # symbols, formulas and marks that pages show in place of the values
+    pages_only: bool = False  # a terminal has no room for it
+    key: str = ""  # name of the variable, if schema.csv declares it
+
+    def __post_init__(self) -> None:
+        _require_names(self.label)
 
     @property
     def is_text(self) -> bool:
@@ -123,98 +131,57 @@ class _Seen:
         return units.pop() if len(units) == 1 else None if units else ""
 
 
-@dataclass(frozen=True)
-class Column(_Seen):
-    """One column of a table."""
-
-    key: str  # name in JSON
-    label: str  # heading
-    values: Sequence[Any] | np.ndarray  # one per row; None or nan where there is none
-    unit: str | Sequence[str] = ""  # of all rows, or one per row; JSON has none
-    shown: ShownAs = "number"
-    meaning: str = ""  # what the column says, in a noun phrase
-    drawn: Sequence[Any] | None = None  # symbols, formulas and marks that pages show in place of the values
-    pages_only: bool = False  # a terminal has no room for it
-
-    def __post_init__(self) -> None:
-        _require_names(self.key, self.label)
-
-
-@dataclass(frozen=True)
-class ValueColumn:
-    """A column that JSON alone has."""
-
-    key: str
-    values: Sequence[Any] | np.ndarray
-
-    def __post_init__(self) -> None:
-        _require_names(self.key)
-
-
-@dataclass(frozen=True)
-class ShownColumn(_Seen):
-    """A column that people alone see; its fields are those of `Column`."""
-
-    label: str
-    values: Sequence[Any] | np.ndarray
-    unit: str | Sequence[str] = ""
-    shown: ShownAs = "number"
-    meaning: str = ""
-    drawn: Sequence[Any] | None = None
-    pages_only: bool = False
-
-    def __post_init__(self) -> None:
-        _require_names(self.label)
-
-
-SeenColumn = Column | ShownColumn
-StoredColumn = Column | ValueColumn
-AnyColumn = Column | ValueColumn | ShownColumn
+# Values of a table by name: a sequence or an array, with one per row.
+Values = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of named columns; `note` stands below. People see `top` rows, JSON has all under `key`."""
+    """Columns that people see, `top` rows of them; `note` stands below. JSON has all `values`, row by row."""
 
-    key: str
+    key: str | None  # name in JSON, and of its number in reports; None for neither
     title: str
-    columns: tuple[AnyColumn, ...]
+    columns: tuple[Column, ...]
     note: str = ""
     top: int | None = None
+    values: Values | None = None  # None for people alone
+
+    def __post_init__(self) -> None:
+        _require_key(self.key)
 
     @property
     def n_rows(self) -> int:
-        """Number of rows."""
+        """Number of rows that people may see."""
         return len(self.columns[0].values) if self.columns else 0
 
-    def shown(self) -> list[tuple[SeenColumn, str, list[str]]]:
+    def shown(self) -> list[tuple[Column, str, list[str]]]:
         """Columns that people see, each with the unit for its heading and its cells as text.
 
         The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
         """
-        seen, out = [column for column in self.columns if isinstance(column, SeenColumn)], []
-        for column in seen:
+        out = []
+        for column in self.columns:
             unit, values = column.only_unit, column.values[: self.top]
             if unit is None:
                 cells = [value_text(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
                 out.append((column, "", cells))
                 continue
-            factor, unit = self._prefixed(unit, seen) if column.is_number else (1.0, unit)
+            factor, unit = self._prefixed(unit) if column.is_number else (1.0, unit)
             scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
             out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
 
-    def _prefixed(self, unit: str, columns: Sequence[SeenColumn]) -> tuple[float, str]:
-        alike = (c.values[: self.top] for c in columns if c.is_number and c.only_unit == unit)
+    def _prefixed(self, unit: str) -> tuple[float, str]:
+        alike = (c.values[: self.top] for c in self.columns if c.is_number and c.only_unit == unit)
         sizes = [abs(value) for values in alike for value in values if _is_number(value)]
         return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
     def rows(self) -> list[dict[str, Any]]:
         """Rows as JSON values."""
-        named = {column.key: column.values for column in self.columns if isinstance(column, StoredColumn)}
+        values = self.values or {}
         return [
-            {key: plain(value) for key, value in zip(named, row, strict=True)}
-            for row in zip(*named.values(), strict=True)
+            {key: plain(value) for key, value in zip(values, row, strict=True)}
+            for row in zip(*values.values(), strict=True)
         ]
 
 
@@ -233,10 +200,10 @@ class Equations:
     """Formulas, for pages that typeset them, and the same in plain characters, for terminal and JSON.
 
     `legend` and `legend_lines` explain the symbols; `note` stands above.
-    `gd_analyze.formulas.languages.equations` makes one.
+    `gd_analyze.formulas.languages.equation_part` makes one.
     """
 
-    key: str
+    key: str | None  # name in JSON; None for people alone
     title: str
     lines: tuple[str, ...]
     formulas: tuple[Any, ...] = ()
@@ -245,15 +212,21 @@ class Equations:
     note: str = ""
     most_lines: int | None = None  # a terminal only counts what takes more lines
 
+    def __post_init__(self) -> None:
+        _require_key(self.key)
+
 
 @dataclass(frozen=True)
 class Section:
-    """Parts under a heading, with a line of text; JSON nests them under `key`, where there is one."""
+    """Parts under a heading, with a line of text."""
 
-    key: str
+    key: str | None  # JSON nests the parts under it; None for a heading for people alone
     title: str
     parts: tuple[Part, ...]
     note: str = ""
+
+    def __post_init__(self) -> None:
+        _require_key(self.key)
 
 
 Part = AnyFact | Table | Drawing | Equations | Section
@@ -279,44 +252,23 @@ class Result:
         return values | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
-def joint_columns(joints: Sequence[Any]) -> tuple[AnyColumn, ...]:
-    """Columns that begin a table of an arm's joints (`arm.joints`): number, name and unit of torque."""
-    names = [joint.name for joint in joints]
-    numbers, short = range(1, len(names) + 1), short_names(names)
-    return (
-        ValueColumn("joint", numbers),
-        ValueColumn("joint_name", names),
-        ValueColumn("effort_unit", [joint.effort_unit for joint in joints]),
-        ShownColumn("joint", [joint_name(*pair) for pair in zip(numbers, short, strict=True)], shown="name"),
-    )
+def joint_values(joints: Sequence[Any]) -> dict[str, Any]:
+    """Values that begin a table of an arm's joints (`arm.joints`): number, name and unit of torque."""
+    return {
+        "joint": range(1, len(joints) + 1),
+        "joint_name": [joint.name for joint in joints],
+        "effort_unit": [joint.effort_unit for joint in joints],
+    }
 
 
-def columns_of(rows: Sequence[Any], *columns: tuple[str, str, ShownAs]) -> list[Column]:
-    """Columns of attributes that the rows have: name, label, and how it is shown."""
-    return [
-        Column(name, label, [getattr(row, name) for row in rows], shown=shown)
-        for name, label, shown in columns
-    ]
+def values_of(rows: Sequence[Mapping[str, Any]], *names: str) -> dict[str, list[Any]]:
+    """Values of a table from its rows; by default all that the first row has."""
+    return {name: [row[name] for row in rows] for name in names or (rows[0] if rows else ())}
 
 
-def value_columns_of(rows: Sequence[Any], *names: str) -> list[ValueColumn]:
-    """Columns, for JSON alone, of attributes that the rows have."""
-    return [ValueColumn(name, [getattr(row, name) for row in rows]) for name in names]
-
-
-def for_pages(table: Table) -> Table:
-    """The same table, which a terminal leaves out."""
-    columns = (
-        replace(column, pages_only=True) if isinstance(column, SeenColumn) else column
-        for column in table.columns
-    )
-    return replace(table, columns=tuple(columns))
-
-
-def for_people(column: SeenColumn) -> ShownColumn:
-    """The same column for people alone."""
-    names = (named.name for named in fields(ShownColumn))
-    return ShownColumn(**{name: getattr(column, name) for name in names})
+def attributes_of(rows: Sequence[Any], *names: str) -> dict[str, list[Any]]:
+    """Values of a table by the names of attributes that its rows have."""
+    return {name: [getattr(row, name) for row in rows] for name in names}
 
 
 def value_text(value: Any, unit: str = "", shown: ShownAs = "number") -> str:
@@ -354,6 +306,11 @@ def _require_names(*names: str) -> None:
         raise ValueError("a fact or a column has no key or no label")
 
 
+def _require_key(key: str | None) -> None:
+    if key == "":
+        raise ValueError("a part has no key: None says that it is for people alone")
+
+
 def _is_unknown(value: Any) -> bool:
     return value is None or (isinstance(value, float) and value != value)
 
@@ -374,14 +331,11 @@ def values_of_parts(parts: Sequence[Part]) -> dict[str, Any]:
 
 def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
     for part in parts:
-        if isinstance(part, Section) and not part.key:
-            yield from _entries(part.parts)
-        elif isinstance(part, Section):
-            yield part.key, values_of_parts(part.parts)
+        if isinstance(part, Section):
+            yield from _entries(part.parts) if part.key is None else [(part.key, values_of_parts(part.parts))]
         elif isinstance(part, StoredFact):
             yield part.key, plain(part.value)
-        elif isinstance(part, Table) and part.key:
-            if any(isinstance(column, StoredColumn) for column in part.columns):
-                yield part.key, part.rows()
-        elif isinstance(part, Equations) and part.key:
+        elif isinstance(part, Table) and part.key is not None and part.values is not None:
+            yield part.key, part.rows()
+        elif isinstance(part, Equations) and part.key is not None:
             yield part.key, list(part.lines)

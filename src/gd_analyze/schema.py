@@ -1,4 +1,4 @@
-"""Every variable a result may hold, and every coordinate that a person reads, declared once in schema.csv.
+"""Every variable a result may hold, and every column that a person reads, declared once in schema.csv.
 
 The same declaration makes a table, documents it, is stored with it as attributes, and heads its column in
 terminal, page and PDF. Where an arm has revolute and prismatic joints, a unit that depends on their kind is
@@ -11,14 +11,14 @@ import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from gd_analyze.arrays import Array
 from gd_analyze.errors import StoreError, UsageError
-from gd_analyze.result import Column
-from gd_analyze.text import in_python
+from gd_analyze.result import Column, ShownAs, Table, Values
+from gd_analyze.text import in_python, joint_name, short_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,18 +43,20 @@ SCHEMA_UNITS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Declared:
-    """A variable or a coordinate: one line of schema.csv."""
+    """A variable, a coordinate or a column: one line of schema.csv."""
 
     group: str
-    role: str  # "variable", "optional" (a variable that may be missing) or "coordinate"
+    # "variable", "optional" (a variable that may be missing), "coordinate", or "column": of a result's table,
+    # and not stored
+    role: str
     name: str
     dims: tuple[str, ...]  # the coordinate of the same name as its dimension holds the labels along it
     unit: str  # a unit; a kind of `SCHEMA_UNITS`; "@" and the coordinate that holds one per row; or ""
     besides: str  # finite numbers: "nan" where a number is not known, "inf" for a share of nothing
     symbol: str
     equation: str  # where it is defined, or how
-    heading: str  # of its column in a result's table; "{}" stands for the label along a second dimension
-    shown: str  # how a person reads its values, see `gd_analyze.result.ShownAs`
+    heading: str  # of its column in a result's table; "{}" stands for a word, see `declared_columns`
+    shown: ShownAs | Literal[""]  # how a person reads its values
     meaning: str
 
     def attributes(self, revolute: Sequence[bool]) -> dict[str, str]:
@@ -84,7 +86,16 @@ def _declared(*roles: str) -> dict[str, dict[str, Declared]]:
 
 
 GROUPS = _declared("variable", "optional")
-COORDINATES = _declared("coordinate")
+COLUMNS = _declared("coordinate", "column")
+# Declares columns of all groups.
+_ANY_GROUP = "any"
+# The entry that holds the unit of a quantity of joints, in rows about one joint each.
+_UNITS_BY_ROW = {
+    "position": "unit",
+    "acceleration": "qdd_unit",
+    "effort": "effort_unit",
+    "effort per mass": "effort_unit",
+}
 
 
 def unit_of(kind: str, *revolute: bool) -> str:
@@ -100,11 +111,11 @@ def quantity_units(kind: str, revolute: Sequence[bool]) -> Array:
 
 
 def declared(group: str, name: str) -> tuple[Declared, str]:
-    """The declaration of a variable or coordinate, and a label along its second dimension, or "".
+    """The declaration of a variable or column, and a label along its second dimension, or "".
 
     The label may end the name: "part_peak_rotation".
     """
-    declarations = GROUPS[group] | COORDINATES.get(group, {})
+    declarations = COLUMNS[_ANY_GROUP] | GROUPS.get(group, {}) | COLUMNS.get(group, {})
     if name in declarations:
         return declarations[name], ""
     return next(
@@ -114,30 +125,87 @@ def declared(group: str, name: str) -> tuple[Declared, str]:
     )
 
 
-def declared_column(
+def declared_columns(
     group: str,
-    name: str,
-    values: Sequence[Any] | np.ndarray,
-    units: str | Sequence[str] = "",
-    **changes: Any,
-) -> Column:
-    """Make the column of a variable or coordinate, as it is declared, see `declared`.
+    values: Values,
+    terminal: Sequence[str],
+    page: Sequence[str] | None = None,
+    *,
+    words: Mapping[str, str] | None = None,
+    drawn: Mapping[str, Sequence[Any]] | None = None,
+) -> tuple[Column, ...]:
+    """Make columns as schema.csv declares them, by name.
 
-    `units` are those of the rows, for a declaration that leaves it to them. `changes` are other fields of the
-    column.
+    Parameters
+    ----------
+    group
+        The group that declares them.
+    values
+        Values by name, with those that hold units; None for a column that is left out. "joint" beside
+        "joint_name" is shown as both.
+    terminal, page
+        Names of the columns that a terminal and that pages show, in order; pages may show more.
+    words
+        Words for "{}" in headings, by name; by default the label along a second dimension.
+    drawn
+        By name, what pages show in place of the values.
     """
-    declaration, label = declared(group, name)
+    columns, names = [], terminal if page is None else page
+    for name in (name for name in names if values[name] is not None):
+        declaration, label = declared(group, name)
+        column = Column(
+            declaration.heading.format((words or {}).get(name, label)),
+            _joint_names(values) if name == "joint" and "joint_name" in values else values[name],
+            _unit_in(values, declaration),
+            declaration.shown or "number",
+            declaration.meaning,
+            (drawn or {}).get(name),
+            name not in terminal,
+            name,
+        )
+        columns.append(column)
+    return tuple(columns)
+
+
+def declared_table(
+    group: str,
+    key: str | None,
+    title: str,
+    values: Values,
+    terminal: Sequence[str],
+    page: Sequence[str] | None = None,
+    note: str = "",
+    top: int | None = None,
+    *,
+    seen: Values | None = None,
+    words: Mapping[str, str] | None = None,
+    drawn: Mapping[str, Sequence[Any]] | None = None,
+) -> Table:
+    """Make a result's table: JSON has all values, people see the columns named.
+
+    `seen` are values that people see beside or in place of those of JSON; other parameters are those of
+    `Table` and `declared_columns`.
+    """
+    columns = declared_columns(group, {**values, **(seen or {})}, terminal, page, words=words, drawn=drawn)
+    return Table(key, title, columns, note, top, values)
+
+
+def _joint_names(values: Values) -> list[str]:
+    """Number and name of the joint of each row."""
+    numbers, names = list(values["joint"]), list(values["joint_name"])
+    if numbers == list(range(1, len(numbers) + 1)):  # some joints alone may share more words
+        names = short_names(names)
+    return [joint_name(*pair) for pair in zip(numbers, names, strict=True)]
+
+
+def _unit_in(values: Values, declaration: Declared) -> str | Sequence[str]:
+    """The unit of a column, or of each of its rows; none of texts, which state it themselves."""
     unit = declaration.unit.removeprefix("1")  # a number without unit
-    by_row = unit in SCHEMA_UNITS or unit.startswith("@")
-    fields: dict[str, Any] = {
-        "key": name,
-        "values": values,
-        "label": declaration.heading.format(label),
-        "unit": units if by_row else unit,
-        "shown": declaration.shown or "number",
-        "meaning": declaration.meaning,
-    }
-    return Column(**(fields | changes))
+    if unit.startswith("@"):
+        return [*values[unit[1:]]]
+    if unit in SCHEMA_UNITS:
+        return "" if declaration.shown == "text" else [*values[_UNITS_BY_ROW[unit]]]
+    return unit
 
 
 def table(

@@ -17,16 +17,14 @@ from gd_analyze.result import (
     Result,
     Section,
     Shown,
-    ShownColumn,
     Table,
     Value,
-    ValueColumn,
-    for_people,
-    joint_columns,
+    joint_values,
     plain,
     value_text,
     values_of_parts,
 )
+from gd_analyze.schema import declared_columns, declared_table
 
 LONG = "tau1 = " + " + ".join(f"{k}.5 (C2 - S3) p{k}" for k in range(12))
 
@@ -49,12 +47,12 @@ def test_values_as_a_person_reads_them(value, unit, shown, text):
 
 @pytest.fixture
 def result() -> Result:
-    joints = gd.load_arm("two_link").joints
-    torque = Column("torque", "torque", np.array([5.0, math.nan]), ["N m", "N m"])
-    share = Column("share", "of peak", [0.5, math.inf], shown="percent")
-    table = Table("joints", "Torques", (*joint_columns(joints), torque, share))
-    mixed = ShownColumn("force", [1.0, 2.0], ["N", "N m"])
-    other = Table("", "Only for people", (mixed, ShownColumn("term", ["a", "b"], shown="text")), top=1)
+    values = joint_values(gd.load_arm("two_link").joints)
+    values |= {"peak_torque": np.array([5.0, math.nan]), "largest_share": [0.5, math.inf]}
+    names = ["joint", "peak_torque", "largest_share"]
+    table = declared_table("simplified_model", "joints", "Torques", values, names)
+    mixed = Column("force", [1.0, 2.0], ["N", "N m"])
+    other = Table(None, "Only for people", (mixed, Column("term", ["a", "b"], shown="text")), top=1)
     return Result(
         "An arm\x1b[2J",
         headline="72 operations instead of 308.",
@@ -82,11 +80,10 @@ def test_as_text(result):
 
 def test_long_cells_wrap():
     said = ["follows", "follows roughly; friction leaves 4.8 times the noise of the readings", ""]
-    numbers = Column("torque", "largest torque", [1.5, 2.5, 3.5], "N m")
     columns = (
-        Column("joint", "joint", [1, 2, 3], shown="count"),
-        numbers,
-        Column("v", "verdict", said, "", "text"),
+        Column("joint", [1, 2, 3], shown="count"),
+        Column("largest torque", [1.5, 2.5, 3.5], "N m"),
+        Column("verdict", said, "", "text"),
     )
     lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
@@ -99,7 +96,7 @@ def test_long_cells_wrap():
 def test_two_columns_of_long_cells_wrap_and_nothing_of_them_is_lost():
     names = ["/joint_states/shoulder_lift_joint/position", "/joint_states/elbow_joint/velocity"]
     said = ["no unit stated, and none in its name", "by name"]
-    columns = (Column("column", "column", names, "", "text"), Column("reason", "reason", said, "", "text"))
+    columns = (Column("column", names, "", "text"), Column("reason", said, "", "text"))
     lines = text_of(result_document(Result("Table", parts=(Table("t", "", columns),))), 50).splitlines()
     assert max(map(len, lines)) <= 50
     shown = "".join(line.split("  ")[0] for line in lines[lines.index("") + 3 :])
@@ -119,9 +116,9 @@ def test_a_sum_in_brackets_longer_than_a_line_wraps():
 def test_as_json(result):
     document = result.values()
     assert document["joints"][0] == {
-        "joint": 1, "joint_name": "shoulder", "effort_unit": "N m", "torque": 5.0, "share": 0.5,
+        "joint": 1, "joint_name": "shoulder", "effort_unit": "N m", "peak_torque": 5.0, "largest_share": 0.5,
     }  # fmt: skip
-    assert document["joints"][1]["torque"] is document["joints"][1]["share"] is None
+    assert document["joints"][1]["peak_torque"] is document["joints"][1]["largest_share"] is None
     assert (document["error"], document["more"], document["hidden"]) == (0.01, {"error": 1.0}, {"a": [1]})
     assert document["notices"] == ["Note."]
     assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
@@ -136,19 +133,42 @@ def test_as_json(result):
         (Fact, ("key", "")),
         (Value, ("",)),
         (Shown, ("",)),
-        (Column, ("", "label")),
-        (Column, ("key", "")),
-        (ValueColumn, ("",)),
-        (ShownColumn, ("",)),
+        (Column, ("",)),
+        (Table, ("", "title")),
+        (Section, ("", "title")),
+        (Equations, ("", "title")),
     ],
 )
 def test_every_part_has_the_names_that_its_class_takes(part, names):
-    with pytest.raises(ValueError, match="key or"):
+    with pytest.raises(ValueError, match="has no"):
         part(*names, "x")
 
 
 def test_json_and_people_see_their_own(result):
-    assert values_of_parts([result.parts[0]]) == {"joints": result.parts[0].rows()}
+    table, other, *_ = result.parts
+    assert values_of_parts([table, other]) == {"joints": table.rows()}
+    assert [column.label for column, _, _ in table.shown()] == ["joint", "peak", "of peak"]
     assert values_of_parts([Shown("a", "b"), Fact("error", "Error", 1.0)]) == {"error": 1.0}
-    column = for_people(Column("torque", "torque", [1.0], "N m", "bound", "meant"))
-    assert column == ShownColumn("torque", [1.0], "N m", "bound", "meant")
+
+
+def test_pages_may_show_more_columns_than_a_terminal():
+    values = {"rank": [1], "element": ["D12"], "verdict": ["both"], "rms": [0.5]}
+    seen = {"verdict": ["B"]}
+    table = declared_table(
+        "dominance", "ranking", "", values, ["element", "verdict"], [*values][:3], seen=seen
+    )
+    assert table.rows() == [{"rank": 1, "element": "D12", "verdict": "both", "rms": 0.5}]
+    shown = [(column.key, column.pages_only, cells) for column, _, cells in table.shown()]
+    assert shown == [("rank", True, ["1"]), ("element", False, ["D12"]), ("verdict", False, ["B"])]
+
+
+def test_a_heading_takes_a_word_or_the_label_of_a_second_dimension():
+    values = {"part_peak_rotation": [1.0], "change_without_rotation": [0.5], "unit": ["kg m^2"]}
+    names = ["part_peak_rotation", "change_without_rotation"]
+    peak, change = declared_columns("dominance", values, names, words={names[1]: "R"})
+    assert (peak.label, peak.unit, change.label, change.shown) == (
+        "rotation",
+        ["kg m^2"],
+        "without R",
+        "percent",
+    )

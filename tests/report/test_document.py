@@ -22,10 +22,8 @@ from gd_analyze.result import (
     Mark,
     Result,
     Section,
-    ShownColumn,
     Table,
     Value,
-    ValueColumn,
 )
 from gd_analyze.text import pretty
 from gd_analyze.types import Findings
@@ -49,10 +47,9 @@ def test_values_are_what_json_prints(puma_findings: Findings) -> None:
 def test_a_table_is_decided_once() -> None:
     symbols = [Symbol("D", "11"), Mark("rotation", "R")]
     columns = (
-        ValueColumn("number", [1, 2]),
-        Column("torque", "torque", [2.5e-3, float("nan")], "N m"),
-        Column("other", "other", [1e-3, 2e-3], "N m", pages_only=True),
-        ShownColumn("element", ["D11", "R"], shown="text", drawn=symbols),
+        Column("torque", [2.5e-3, float("nan")], "N m"),
+        Column("other", [1e-3, 2e-3], "N m", pages_only=True),
+        Column("element", ["D11", "R"], shown="text", drawn=symbols),
     )
     document = result_document(Result("Title", parts=(Table("t", "Torques", columns),)))
     (table,) = document.content["parts"]
@@ -68,11 +65,11 @@ def test_a_table_is_decided_once() -> None:
 
 
 def test_what_page_and_paper_show_is_numbered() -> None:
-    shown = Column("x", "x", [1.0])
+    shown = Column("x", [1.0])
     tables = [
-        Table("json", "For programs", (ValueColumn("x", [1.0]),)),
-        Table("pages", "For pages", (Column("x", "x", [1.0], pages_only=True),)),
-        Table("", "Without a name", (shown,)),
+        Table("json", "For programs", (), values={"x": [1.0]}),
+        Table("pages", "For pages", (Column("x", [1.0], pages_only=True),)),
+        Table(None, "Without a name", (shown,)),
         Table("all", "For all", (shown,)),
     ]
     parts = (Value("a", 1), Section("s", "Section", (tables[0], tables[1])), *tables[2:])
@@ -83,7 +80,7 @@ def test_what_page_and_paper_show_is_numbered() -> None:
 
 @pytest.mark.parametrize("words", RAISED)
 def test_exponents_are_raised_on_page_and_paper_alike(words: str, tmp_path: Path) -> None:
-    table = Table("t", "", (Column("x", "said", [words], shown="text"),))
+    table = Table("t", "", (Column("said", [words], shown="text"),))
     document = result_document(
         Result("x^2", headline=words, facts=(Fact("a", words, words),), parts=(table,), provenance=NOW)
     )

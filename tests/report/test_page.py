@@ -17,7 +17,7 @@ from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report, main_result
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
-from gd_analyze.result import Column, Fact, Result, Table, ValueColumn
+from gd_analyze.result import Column, Fact, Result, Table
 from gd_analyze.results.run_facts import is_unreadable
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
@@ -165,7 +165,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
 
 
 def test_any_result_has_a_page() -> None:
-    table = Table("t", "Things <b>", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
+    table = Table("t", "Things <b>", (Column("torque", [1.5, None], "N m"),), values={"y": [1, 2]})
     facts = (Fact("a", "Label", 0.014, shown="percent"),)
     page = Page(page_of(result_document(Result("Title", facts=facts, parts=(table,)))))
     assert "Things <b>" in page.text

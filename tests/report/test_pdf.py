@@ -14,7 +14,7 @@ from gd_analyze.report import pdf
 from gd_analyze.report.document import result_document
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, typeset
-from gd_analyze.result import Column, Result, Table, ValueColumn
+from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.model_facts import H_NOTE
 from gd_analyze.types import Findings
 from pdf_reader import read
@@ -115,7 +115,7 @@ def test_typst_errors_are_passed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_any_result_can_be_typeset(tmp_path: Path) -> None:
-    table = Table("t", "Things", (Column("x", "torque", [1.5, None], "N m"), ValueColumn("y", [1, 2])))
+    table = Table("t", "Things", (Column("torque", [1.5, None], "N m"),), values={"y": [1, 2]})
     result = Result("Title", headline="Said.", parts=(table,), provenance={"created": NOW})
     words = read(pdf_of(result_document(result)), tmp_path)
     assert "Things" in words

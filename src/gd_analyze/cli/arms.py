@@ -60,17 +60,18 @@ def _toml(robot: GivenRobot) -> str:
 
 def _catalogue() -> Result:
     from gd_analyze.motions.formats import shipped_trajectories
-    from gd_analyze.result import Column, Fact, Result, Table, columns_of
+    from gd_analyze.result import Fact, Result, attributes_of
+    from gd_analyze.schema import declared_table
 
     built_in = [gd.load_arm(name) for name in gd.builtin_arms()]
-    columns = columns_of(built_in, ("name", "name", "text"), ("title", "title", "text"))
-    columns += [
-        Column("joints", "joints", [arm.n_joints for arm in built_in], shown="count"),
-        Column("drives", "drives", [bool(arm.drives) for arm in built_in], shown="flag"),
-    ]
+    values = attributes_of(built_in, "name", "title") | {
+        "joints": [arm.n_joints for arm in built_in],
+        "drives": [bool(arm.drives) for arm in built_in],
+    }
+    table = declared_table("arms", "arms", "", values, [*values])
     trajectories = Fact("trajectories", "Shipped trajectories", list(shipped_trajectories()))
     note = "Your own arm is a URDF, MJCF or TOML file; `gd-analyze arms puma560 --to toml` prints an example."
-    return Result("Built-in arms", parts=(Table("arms", "", tuple(columns)), trajectories), notices=(note,))
+    return Result("Built-in arms", parts=(table, trajectories), notices=(note,))
 
 
 def _inspection(robot: GivenRobot) -> Result:

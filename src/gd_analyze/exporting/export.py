@@ -18,19 +18,10 @@ from gd_analyze.exporting.latex import Latex
 from gd_analyze.exporting.names import LANGUAGES
 from gd_analyze.exporting.vectors import tests_of
 from gd_analyze.files import path_of, write_together
-from gd_analyze.result import (
-    Column,
-    Fact,
-    Result,
-    Shown,
-    Table,
-    Value,
-    ValueColumn,
-    columns_of,
-    value_columns_of,
-)
+from gd_analyze.result import Fact, Result, Shown, Value, attributes_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
+from gd_analyze.schema import declared_table
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import html_of, in_python
@@ -61,15 +52,13 @@ class Exported:
         content = "exact dynamics" if subject.model is None else f"model of level {subject.model.level}"
         names = zip((joint.name for joint in joints), subject.joints, strict=True)
         renamed = [f"{name} is {word}" for name, word in names if name != word]
-        named = Column(
-            "function", "function", [function.name for function in subject.functions], shown="text"
-        )
-        operations = columns_of(
+        values = attributes_of(
             [function.count for function in subject.functions],
-            ("multiplications", "multiplications", "count"),
-            ("additions", "additions", "count"),
-            ("sines_cosines", "sin and cos", "count"),
+            "multiplications",
+            "additions",
+            "sines_cosines",
         )
+        values = {"function": [function.name for function in subject.functions], **values}
         facts = (
             Value("arm", subject.arm.name),
             Value("of", content),
@@ -78,8 +67,11 @@ class Exported:
             Value("stated", {key: constant.values for key, constant in subject.constants.items()}),
             Shown("Constants", ", ".join(subject.constants) or "none"),
         )
-        joint_names = (*value_columns_of(joints, "name"), ValueColumn("identifier", subject.joints))
-        parts = Table("functions", "Functions", (named, *operations)), Table("joints", "", joint_names)
+        identifiers = zip(joints, subject.joints, strict=True)
+        parts = (
+            declared_table("functions", "functions", "Functions", values, [*values]),
+            Value("joints", [{"name": joint.name, "identifier": word} for joint, word in identifiers]),
+        )
         return Result(subject.arm.title or subject.arm.name, content, facts=facts, parts=parts)
 
     def function(self, name: str = "torque") -> Callable[..., Any]:

@@ -178,7 +178,7 @@ class Plain(Printer):
 
 
 def equation_part(
-    key: str,
+    key: str | None,
     title: str,
     formulas: Iterable[Formula],
     legend: Legend | None = None,

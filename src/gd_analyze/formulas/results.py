@@ -23,7 +23,7 @@ from gd_analyze.formulas.writing import base_formula, element_formula, factor_le
 from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.result import Fact, Result, Shown, ShownColumn, Table, Value
+from gd_analyze.result import Column, Fact, Result, Shown, Table, Value
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 
@@ -168,14 +168,14 @@ def _table(equation: Equation, digits: int) -> Table:
     terms, plain = equation.terms, Plain()
     products = [plain.product(Product(1.0, powers(term.factors))) for term in terms]
     return Table(
-        "",
+        None,
         f"{equation.symbol} ({equation.unit})",
         (
-            ShownColumn("term", products, shown="text"),
-            ShownColumn("coefficient", [formatted(term.coefficient, digits) for term in terms], shown="text"),
-            ShownColumn("effect", [term.effect for term in terms], shown="text"),
-            ShownColumn("links", [_spans(term.links) for term in terms], shown="text"),
-            ShownColumn("share", [term.share for term in terms], shown="percent"),
+            Column("term", products, shown="text"),
+            Column("coefficient", [formatted(term.coefficient, digits) for term in terms], shown="text"),
+            Column("effect", [term.effect for term in terms], shown="text"),
+            Column("links", [_spans(term.links) for term in terms], shown="text"),
+            Column("share", [term.share for term in terms], shown="percent"),
         ),
         note="" if terms else "zero",
     )
@@ -243,7 +243,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
                 **of_effects,
                 unit=[parameter.unit for parameter in base],
             ),
-            written_equations("", "Combinations", map(base_formula, base), digits=digits),
+            written_equations(None, "Combinations", map(base_formula, base), digits=digits),
             _texts(
                 "Effect of the links' parameters on the torques",
                 link=[*map(str, links)],
@@ -259,8 +259,8 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
 
 
 def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:
-    texts = tuple(ShownColumn(name, cells, shown="text") for name, cells in columns.items())
-    return Table("", title, texts, note)
+    texts = tuple(Column(name, cells, shown="text") for name, cells in columns.items())
+    return Table(None, title, texts, note)
 
 
 def _acting(base: BaseParameters, link: int) -> tuple[str, str, str]:

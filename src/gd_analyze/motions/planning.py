@@ -17,18 +17,9 @@ from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label,
 from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.result import (
-    AnyColumn,
-    Column,
-    Fact,
-    Result,
-    ShownColumn,
-    Table,
-    Value,
-    columns_of,
-    value_columns_of,
-)
+from gd_analyze.result import Fact, Result, Value, attributes_of
 from gd_analyze.robots.arm import RobotArm
+from gd_analyze.schema import declared_table
 from gd_analyze.text import LARGEST, rounded_up
 
 if TYPE_CHECKING:
@@ -42,12 +33,13 @@ _SHORTEST_SECONDS = 1e-6
 _ROUND_OFF = 1e-12
 _REACHED = ("lowest", "highest", "velocity", "acceleration")
 _LIMITS = ("lower", "upper", "velocity_limit", "acceleration_limit")
-_PAIRS = (
-    ("motion", "lowest", "highest", " .. ", {"rad": "°"}),
-    ("range", "lower", "upper", " .. ", {"rad": "°"}),
-    ("velocity / limit", "velocity", "velocity_limit", " / ", {"rad": "rad/s", "m": "m/s"}),
-    ("acc. / limit", "acceleration", "acceleration_limit", " / ", {"rad": "rad/s²", "m": "m/s²"}),
-)
+# Two numbers in a column, what stands between them, and their unit by that of the joint.
+_PAIRS = {
+    "motion": ("lowest", "highest", " .. ", {"rad": "°"}),
+    "range": ("lower", "upper", " .. ", {"rad": "°"}),
+    "velocity_of_limit": ("velocity", "velocity_limit", " / ", {"rad": "rad/s", "m": "m/s"}),
+    "acceleration_of_limit": ("acceleration", "acceleration_limit", " / ", {"rad": "rad/s²", "m": "m/s²"}),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,21 +197,22 @@ def plan_result(planned: Plan) -> Result:
     """Facts of a plan; people see angles in degrees."""
     motion, rows, shortest = planned.trajectory, planned.limits.rows, planned.shortest_duration
     joints = [row.joint for row in rows]
-    numbers = [*value_columns_of(rows, *_REACHED), *value_columns_of(joints, *_LIMITS)]
-    values = {column.key: column.values for column in numbers}
-    columns: list[AnyColumn] = [
-        Column("joint", "joint", range(1, len(joints) + 1), shown="count"),
-        *columns_of(joints, ("name", "name", "text")),
-        *value_columns_of(joints, "unit"),
-        *numbers,
-    ]
-    for label, first, second, between, units in _PAIRS:
+    values = {
+        "joint": range(1, len(joints) + 1),
+        **attributes_of(joints, "name", "unit"),
+        **attributes_of(rows, *_REACHED),
+        **attributes_of(joints, *_LIMITS),
+    }
+    seen = {}
+    for name, (first, second, between, units) in _PAIRS.items():
         shown_in = [units.get(joint.unit, joint.unit) for joint in joints]
-        cells = [
+        seen[f"{name}_unit"] = shown_in
+        seen[name] = [
             between.join(_cell(value, unit) for value in pair)
             for *pair, unit in zip(values[first], values[second], shown_in, strict=True)
         ]
-        columns.append(ShownColumn(label, cells, shown_in, "text"))
+    title = "Extremes, between the set points too"
+    table = declared_table("plan", "joints", title, values, ["joint", "name", *_PAIRS], seen=seen)
     return Result(
         title=f"Plan {motion.name}",
         facts=(
@@ -231,7 +224,7 @@ def plan_result(planned: Plan) -> Result:
             else Fact("shortest_duration", "Shortest duration", shortest, "s"),
             *(Value(name, getattr(motion, name)) for name in ("time", "q", "qd", "qdd")),
         ),
-        parts=(Table("joints", "Extremes, between the set points too", tuple(columns)),),
+        parts=(table,),
     )
 
 

@@ -23,7 +23,6 @@ from gd_analyze.result import (
     Part,
     Result,
     Section,
-    SeenColumn,
     SeenFact,
     Table,
     plain,
@@ -115,7 +114,7 @@ class PartWriter:
         n_rows = table.n_rows if table.top is None else min(table.top, table.n_rows)
         on_paper = n_rows if self.most_on_paper is None else min(n_rows, self.most_on_paper)
         more = f"{n_rows - on_paper} more rows stand in the page and in `--json`."
-        number = self.tables.setdefault(table.key, len(self.tables) + 1) if table.key else None
+        number = self.tables.setdefault(table.key, len(self.tables) + 1) if table.key is not None else None
         return {
             "kind": "table",
             "key": table.key,
@@ -132,11 +131,7 @@ class PartWriter:
 
 def _is_seen(table: Table) -> bool:
     """Whether a table has rows and headings for people."""
-    return (
-        table.n_rows > 0
-        and table.top != 0
-        and any(isinstance(column, SeenColumn) for column in table.columns)
-    )
+    return table.n_rows > 0 and table.top != 0
 
 
 def _section(section: Section, parts: Sequence[Any]) -> dict[str, Any]:
@@ -160,10 +155,10 @@ def _fact(fact: SeenFact) -> dict[str, Any]:
     return out
 
 
-def _column(column: SeenColumn, unit: str, cells: Sequence[str]) -> dict[str, Any]:
+def _column(column: Column, unit: str, cells: Sequence[str]) -> dict[str, Any]:
     """A column: its cells as text, their numbers, for sorting, and what is drawn in place of the text."""
     out: dict[str, Any] = {
-        "key": column.key if isinstance(column, Column) else "",
+        "key": column.key,
         "label": column.label,
         "unit": unit,
         "meaning": column.meaning,

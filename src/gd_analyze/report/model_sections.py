@@ -15,22 +15,23 @@ from gd_analyze.formulas.languages import equation_part
 from gd_analyze.formulas.writing import energy_formulas, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
 from gd_analyze.result import (
+    Column,
     Drawing,
     Equations,
     Mark,
     Part,
     Section,
     Shown,
-    ShownColumn,
     Table,
     Value,
-    joint_columns,
+    joint_values,
 )
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
 from gd_analyze.results.run_facts import is_unreadable
 from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
+from gd_analyze.schema import declared_columns
 from gd_analyze.simplification.element import kept_effects
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
@@ -134,9 +135,9 @@ def _steps(model: SimplifiedModel) -> Table:
     steps.append(("final program", "torque", model.operations.total))
     names, quantities, counts = zip(*steps, strict=True)
     columns = (
-        ShownColumn("step", names, shown="text"),
-        ShownColumn("computes", quantities, shown="text"),
-        ShownColumn("operations", counts, shown="count"),
+        Column("step", names, shown="text"),
+        Column("computes", quantities, shown="text"),
+        Column("operations", counts, shown="count"),
     )
     return Table("steps", "Operations after each step of the search", columns)
 
@@ -191,11 +192,11 @@ def _matrix(
     heads: Sequence[str],
     cells: Sequence[Sequence[Mark | None]],
 ) -> Table:
-    columns = [ShownColumn("row", range(len(names)), shown="count", drawn=names)]
+    columns = [Column("row", range(len(names)), shown="count", drawn=names)]
     for k, head in enumerate(heads):
         marks = [row[k] for row in cells]
         texts = ["" if mark is None else mark.text for mark in marks]
-        columns.append(ShownColumn(head, texts, shown="text", drawn=marks))
+        columns.append(Column(head, texts, shown="text", drawn=marks))
     return Table(key, title, tuple(columns))
 
 
@@ -257,11 +258,12 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
     table, source_names = findings.tables["by_verdicts"], {"own": "our verdicts", "text": "[FGL87]"}
     errors = zip(table.verdicts.values.tolist(), table.largest_share.values, strict=True)
     shares = (
-        ShownColumn(f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
+        Column(f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
         for name, values in errors
     )
     counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
-    operations = (ShownColumn(name, values.tolist(), shown="count") for name, values in counts)
+    operations = (Column(name, values.tolist(), shown="count") for name, values in counts)
+    joints = declared_columns("by_verdicts", joint_values(findings.arm.joints), ["joint"])
     programs = [source_names.get(name, name) for name in table.program.values.tolist()]
     title = "Largest torque error over peak torque if only the dominant parts of D and h are kept"
     note = (
@@ -269,11 +271,11 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
         "with shared subexpressions."
     )
     return (
-        Table("verdict_errors", title, (*joint_columns(findings.arm.joints), *shares)),
+        Table("verdict_errors", title, (*joints, *shares)),
         Table(
             "verdict_operations",
             "Operations of D, h and c",
-            (ShownColumn("program", programs, shown="text"), *operations),
+            (Column("program", programs, shown="text"), *operations),
             note,
         ),
     )

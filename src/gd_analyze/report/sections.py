@@ -137,7 +137,7 @@ def _diagnosis(findings: Findings) -> Iterator[Part]:
     joint = worst_joint(table)
     drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
     parts = (*drawings, *causes_table(table), *faults_table(table))
-    yield Section("", "What is left of the measured torque", parts)
+    yield Section(None, "What is left of the measured torque", parts)
 
 
 def ranking_appendix(findings: Findings) -> Section:
@@ -159,7 +159,7 @@ def ranking_appendix(findings: Findings) -> Section:
                 f"peaks at {moving} and its rotation at {turning} {row['unit']}: {finding}."
             )
         sentences.append(f"[FGL87] {text['source']}.")
-        parts.append(Section("", "Comparison with [FGL87]", (), "\n".join(sentences)))
+        parts.append(Section(None, "Comparison with [FGL87]", (), "\n".join(sentences)))
     note = (
         f"Largest torque of each element{', of the links alone' if findings.model.drives else ''}, as a "
         "share of the joint's peak torque; it exceeds 100 % where elements cancel."

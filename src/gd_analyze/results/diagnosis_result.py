@@ -14,14 +14,26 @@ from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
-from gd_analyze.result import Column, Drawing, Fact, Result, Section, Table, Value, ValueColumn, joint_columns
+from gd_analyze.result import (
+    Drawing,
+    Fact,
+    Part,
+    Result,
+    Section,
+    Table,
+    Value,
+    Values,
+    joint_values,
+    values_of,
+)
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import table
+from gd_analyze.schema import declared_table, table
 from gd_analyze.text import joint_name
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_REMAINS = ["remains_before", "remains_after", "follows"]
 # Causes that a person sees in the ranking.
 _SHOWN_CAUSES = 6
 
@@ -140,44 +152,36 @@ def _mean(residuals: FloatArray) -> float:
     return float(np.sqrt(np.mean(residuals[is_compared] ** 2))) if is_compared.any() else np.nan
 
 
-def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Table, ...]:
+def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Part, ...]:
     """What remains by joint, the causes, all that was tried, and faulty readings."""
+    causes = _rows(tabulated, "cause")
     return (
         _joints(tabulated, arm),
-        *_causes(tabulated),
+        *([Value("causes", causes)] if causes else []),
         *causes_table(tabulated),
         *faults_table(tabulated),
     )
 
 
 def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
-    follows = tabulated.follows.values.tolist()
-    after, has_cause = tabulated.remains_after.values, tabulated.sizes["cause"] > 0
-    columns = (
-        *joint_columns(arm.joints),
-        Column("before", "remains", tabulated.remains_before.values, shown="percent"),
-        Column("after", "with the causes", after, shown="percent")
-        if has_cause
-        else ValueColumn("after", after),
-        Column("follows", "which follows", follows, shown="text")
-        if any(follows)
-        else ValueColumn("follows", follows),
-    )
+    before, after, follows = (tabulated[name].values for name in _REMAINS)
     note = (
         "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
         "Links off by no more than a file's usually are, drive inertia and friction are fitted."
     )
-    return Table("joints", "What remains, by joint", columns, note)
-
-
-def _causes(tabulated: xr.Dataset) -> Iterator[Table]:
-    rows = _rows(tabulated, "cause")
-    if rows:
-        columns = [
-            ValueColumn(name, [row[name] for row in rows])
-            for name in ("name", "what", "remedy", "unsure", "rival")
-        ]
-        yield Table("causes", "", tuple(columns))
+    return declared_table(
+        "diagnosis",
+        "joints",
+        "What remains, by joint",
+        joint_values(arm.joints) | {"before": before, "after": after, "follows": follows},
+        ["joint", *_REMAINS],
+        note=note,
+        seen={
+            "remains_before": before,
+            "remains_after": after if tabulated.sizes["cause"] else None,
+            "follows": follows if any(follows) else None,
+        },
+    )
 
 
 def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
@@ -185,22 +189,21 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
     rows = _rows(tabulated, "tried")
     if not rows:
         return
-    columns = (
-        ValueColumn("name", [row["name"] for row in rows]),
-        Column("what", "cause tried", [row["what"] for row in rows], shown="text"),
-        Column("remains", "remains", [row["remains"] for row in rows], shown="percent"),
-        ValueColumn("residuals", [row["residuals"] for row in rows]),
-        Column("numbers", "numbers", [row["numbers"] for row in rows], shown="count"),
-        Column("fall", "fall of score", [row["fall"] for row in rows], shown="count"),
-        ValueColumn("remedy", [row["remedy"] for row in rows]),
-        ValueColumn("unsure", [row["unsure"] for row in rows]),
-    )
+    keys = ("name", "what", "remains", "residuals", "numbers", "fall", "remedy", "unsure")
     note = (
         f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
         "then remains unexplained, makes a cause if what remains falls clearly, too. Costs of fitted numbers "
         "are included."
     )
-    yield Table("ranking", "Causes tried", columns, note, _SHOWN_CAUSES)
+    yield _of_diagnosis(
+        "tried",
+        "ranking",
+        "Causes tried",
+        values_of(rows, *keys),
+        ["what", "remains", "numbers", "fall"],
+        note,
+        _SHOWN_CAUSES,
+    )
 
 
 def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
@@ -211,15 +214,18 @@ def faults_table(tabulated: xr.Dataset) -> Iterator[Table]:
 def table_of_faults(rows: Sequence[Mapping[str, Any]]) -> Iterator[Table]:
     """Faulty readings, each with name, joint from 1, what it is, remedy and share; none if there are none."""
     if rows:
-        columns = (
-            ValueColumn("name", [row["name"] for row in rows]),
-            ValueColumn("joint", [row["joint"] for row in rows]),
-            Column("what", "fault of readings", [row["what"] for row in rows], shown="text"),
-            Column("remedy", "remedy", [row["remedy"] for row in rows], shown="text"),
-            Column("share", "readings", [row["share"] for row in rows], shown="percent"),
-        )
+        values = values_of(rows, "name", "joint", "what", "remedy", "share")
         note = "These readings are left out, and velocities such as these not used."
-        yield Table("faults", "Faulty readings", columns, note)
+        names = ["what", "remedy", "share"]
+        yield _of_diagnosis("fault", "faults", "Faulty readings", values, names, note)
+
+
+def _of_diagnosis(
+    dim: str, key: str, title: str, values: Values, names: Sequence[str], note: str, top: int | None = None
+) -> Table:
+    """A table along a dimension, whose name the declarations begin with."""
+    seen = {f"{dim}_{name}": values[name] for name in names}
+    return declared_table("diagnosis", key, title, values, [*seen], note=note, top=top, seen=seen)
 
 
 def _rows(tabulated: xr.Dataset, dim: str) -> list[dict[str, Any]]:
@@ -241,7 +247,7 @@ def _drawings(tabulated: xr.Dataset, arm: RobotArm) -> Iterator[Section]:
         f"{title}: as logged, and with the causes." if has_cause else f"{title}.",
         diagnosed_torque_figure(tabulated, arm),
     )
-    yield Section("", "Where to look", (torque, where_drawing(tabulated, arm, joints)))
+    yield Section(None, "Where to look", (torque, where_drawing(tabulated, arm, joints)))
 
 
 def where_drawing(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -> Drawing:

@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.result import (
-    AnyColumn,
-    AnyFact,
-    Fact,
-    ShownColumn,
-    Table,
-    Value,
-    ValueColumn,
-    joint_columns,
-    value_text,
-)
+from gd_analyze.result import AnyFact, Fact, Table, Value, joint_values, value_text
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import declared_column
+from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
@@ -88,23 +77,24 @@ _OPERATIONS = {
 
 def _counts(model: SimplifiedModel) -> list[dict[str, int]]:
     """Operations of a model's torque and of the exact torque, by kind."""
-    return [_kinds(count) for count in (model.operations, model.operations_full)]
+    return [counts_by_kind(count) for count in (model.operations, model.operations_full)]
 
 
-def _kinds(count: OperationCount) -> dict[str, int]:
+def counts_by_kind(count: OperationCount) -> dict[str, int]:
+    """Operations of each kind, and their total."""
     return asdict(count) | {"total": count.total}
 
 
 def operations_table(key: str, model: SimplifiedModel) -> Table:
     """Operations of a model and of the exact torque by kind, for pages; `operation_facts` are for JSON."""
     simplified, full = _counts(model)
-    saved = [1.0 - simplified[kind] / full[kind] if full[kind] else 0.0 for kind in _OPERATIONS]
-    columns = (
-        ShownColumn("operations", [*_OPERATIONS.values()], shown="text"),
-        ShownColumn("exact", [full[kind] for kind in _OPERATIONS], shown="count"),
-        ShownColumn("model", [simplified[kind] for kind in _OPERATIONS], shown="count"),
-        ShownColumn("saved", saved, shown="percent"),
-    )
+    values = {
+        "kind": [*_OPERATIONS.values()],
+        "exact": [full[kind] for kind in _OPERATIONS],
+        "model": [simplified[kind] for kind in _OPERATIONS],
+        "saved": [1.0 - simplified[kind] / full[kind] if full[kind] else 0.0 for kind in _OPERATIONS],
+    }
+    columns = declared_columns("operations", values, [*values])
     return Table(key, "Operations for one evaluation of all torques", columns)
 
 
@@ -113,7 +103,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
     simplified, full, totals = model.operations, model.operations_full, _counts(model)
     function_sets = model.functions, model.form.functions
     counts_apart = [
-        {name: _kinds(program.count) for name, program in functions._asdict().items()}
+        {name: counts_by_kind(program.count) for name, program in functions._asdict().items()}
         for functions in function_sets
     ]
     return (
@@ -173,38 +163,57 @@ def structure_note(model: SimplifiedModel) -> str:
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
 
 
+# What people see of the errors by joint, in order; beside a bound a terminal has no room for the RMS error.
+_ERRORS_ON_PAGE = [
+    "joint", "peak_torque", "allowed_error", "largest_error", "share_of_whole", "rms_error",
+    "bound", "bound_of_whole", "found",
+]  # fmt: skip
+
+
+def joint_error_values(model: SimplifiedModel) -> dict[str, FloatArray]:
+    """Errors that a model states for its joints, by the names of the table "simplified_model"."""
+    errors = model.accuracy.errors
+    return {
+        "peak_torque": errors.peak_torque,
+        "allowed_error": model.accuracy.allowed,
+        "largest_error": errors.largest,
+        "rms_error": errors.rms,
+        "largest_share": errors.largest_share,
+        "rms_share": errors.rms_share,
+    }
+
+
 def joint_errors(
-    model: SimplifiedModel, proven: FloatArray | None = None, key: str = "joints", proof: str = PROVEN
+    model: SimplifiedModel,
+    proven: FloatArray | None = None,
+    key: str = "joints",
+    proof: str = PROVEN,
+    further: Mapping[str, FloatArray] | None = None,
 ) -> Table:
-    """Errors that a model states for its joints, and bounds, N m, shape (n,), if known, proven or stated."""
-    accuracy, errors = model.accuracy, model.accuracy.errors
-    units = [joint.effort_unit for joint in model.arm.joints]
-    share_label = "of peak" if accuracy.asked.shares_of == "peak torque" else "of budget"
+    """Errors that a model states for its joints, and bounds, N m, shape (n,), if known, proven or stated.
+
+    `further` values are for JSON; of these people see the error "found".
+    """
+    accuracy, values = model.accuracy, joint_error_values(model)
+    of_allowed = {"largest_of_allowed": share_of(values["largest_error"], accuracy.allowed)}
     is_proven = proven is not None and bool(np.isfinite(proven).all())
-    column = partial(declared_column, "simplified_model")
-    of_errors: list[AnyColumn] = [
-        ValueColumn("largest_error", errors.largest),
-        ValueColumn("rms_error", errors.rms),
-    ]
-    if not model.is_exact:
-        of_errors = [
-            column("largest_error", errors.largest, units, label="error"),
-            ShownColumn(share_label, accuracy.shares, shown="percent"),
-            column("rms_error", errors.rms, units, pages_only=is_proven),
-        ]
-    columns: list[AnyColumn] = [
-        *joint_columns(model.arm.joints),
-        column("peak_torque", errors.peak_torque, units),
-        column("allowed_error", accuracy.allowed, units),
-        *of_errors,
-        ValueColumn("largest_share", errors.largest_share),
-        ValueColumn("rms_share", errors.rms_share),
-        ValueColumn("largest_of_allowed", share_of(errors.largest, accuracy.allowed)),
-    ]
-    if proven is not None and is_proven and not model.is_exact:
-        columns.append(ShownColumn(proof, proven, units, "bound"))
-        columns.append(ShownColumn(share_label, accuracy.shares_of(proven), shown="bound_percent"))
-    return Table(key, f"Torque error by joint, budget {accuracy.budget}", tuple(columns))
+    seen: dict[str, Any] = {"share_of_whole": accuracy.shares, "bound": None, "bound_of_whole": None}
+    if model.is_exact:
+        seen |= {"largest_error": None, "share_of_whole": None, "rms_error": None}
+    elif proven is not None and is_proven:
+        seen |= {"bound": proven, "bound_of_whole": accuracy.shares_of(proven)}
+    seen["found"] = (further or {}).get("found")
+    whole = "peak" if accuracy.asked.shares_of == "peak torque" else "budget"
+    return declared_table(
+        "simplified_model",
+        key,
+        f"Torque error by joint, budget {accuracy.budget}",
+        {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
+        [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
+        _ERRORS_ON_PAGE,
+        seen=seen,
+        words={"share_of_whole": whole, "bound": proof, "bound_of_whole": whole},
+    )
 
 
 def norm_facts(norms: Sequence[NormShare], arm: RobotArm) -> tuple[AnyFact, ...]:

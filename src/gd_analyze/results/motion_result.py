@@ -3,35 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gd_analyze.diagnosis.log_verdict import SENTENCES
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.result import (
-    Column,
     Fact,
     Mark,
     Part,
     Section,
-    SeenColumn,
-    ShownColumn,
     Table,
     Value,
-    for_pages,
-    for_people,
-    joint_columns,
+    attributes_of,
+    joint_values,
+    values_of,
     values_of_parts,
 )
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, table_of
+from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, values_along
 from gd_analyze.results.verdict_lists import LISTS
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import SCHEMA_UNITS, declared_column
+from gd_analyze.schema import GROUPS, SCHEMA_UNITS, declared_columns, declared_table
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.text import amount, joint_name, named_joints, number, percent, short_names, with_error
@@ -39,13 +37,13 @@ from gd_analyze.text import amount, joint_name, named_joints, number, percent, s
 if TYPE_CHECKING:
     import xarray as xr
 
-# What is stated of a column of a log, and the variable that declares it.
+# What is stated of a column of a log, by the variable that declares it.
 _OF_COLUMNS = {
     "column": "column",
-    "role": "column_role",
-    "joint": "column_joint",
-    "unit": "column_unit",
-    "why": "column_why",
+    "column_role": "role",
+    "column_joint": "joint",
+    "column_unit": "unit",
+    "column_why": "why",
 }
 # Most elements named in a fact.
 _NAMED_ELEMENTS = 8
@@ -79,35 +77,28 @@ def measured_tables(findings: Findings) -> tuple[Table, ...]:
     return (measured_table(table, findings.arm), *friction_tables(table, findings.arm))
 
 
-def measured_table(table: xr.Dataset, arm: RobotArm) -> Table:
+def measured_table(table: xr.Dataset, arm: RobotArm, key: str | None = "joints") -> Table:
     """Measured torque compared with the exact torque, joint by joint."""
-    rows = [
-        row | {"effort_unit": joint.effort_unit}
-        for row, joint in zip(rows_of(table, "joint"), arm.joints, strict=True)
-    ]
-    names = ("rms_difference", "rms_beside_friction", "explained")
-    return table_of("joints", "Measured and exact torque", rows, dict.fromkeys(names, "measured_torque"))
+    values = {**values_along(table, "joint"), "effort_unit": [joint.effort_unit for joint in arm.joints]}
+    names = ["joint", "rms_difference", "rms_beside_friction", "explained"]
+    return declared_table("measured_torque", key, "Measured and exact torque", values, names)
 
 
 def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple[Table, ...]:
     """Friction and offset fitted to each joint's difference, with standard errors, if asked for."""
     if "coulomb" not in table:
         return ()
-    rows, efforts = rows_of(table, "joint"), [joint.effort_unit for joint in arm.joints]
-    units = {
-        "coulomb": efforts,
-        "viscous": [SCHEMA_UNITS["viscous"][unit == "N m"] for unit in efforts],
-        "offset": efforts,
-    }
-    columns = [*joint_columns(arm.joints)]
-    for name, of_joints in units.items():
-        cells = [
-            "–" if row[name] is None else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {unit}"
-            for row, unit in zip(rows, of_joints, strict=True)
+    rows, values = rows_of(table, "joint"), joint_values(arm.joints)
+    for name in FRICTION_TERMS:
+        units = SCHEMA_UNITS[GROUPS["measured_torque"][name].unit]
+        values[name] = [
+            "–"
+            if row[name] is None
+            else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {units[is_revolute]}"
+            for row, is_revolute in zip(rows, arm.is_revolute, strict=True)
         ]
-        columns.append(for_people(declared_column("measured_torque", name, cells)))
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
-    return (Table("", title, tuple(columns)),)
+    return (Table(None, title, declared_columns("measured_torque", values, ["joint", *FRICTION_TERMS])),)
 
 
 def agreement_sentence(findings: Findings) -> str:
@@ -185,44 +176,44 @@ def motions_section(findings: Findings, top: int | None = None) -> Section | Non
 
 def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
     """Error over allowed error along each motion: the worst joint's, and on pages every joint's."""
-    columns: dict[str, str | SeenColumn] = {
-        **dict.fromkeys(("motion", "set_points", "duration"), "motions"),
-        "worst": Column("worst", "error of allowed", [row["worst"] for row in rows], shown="percent"),
-        "joint": Column("joint", "joint", [row["joint"] for row in rows], shown="count"),
-    }
-    proven = [row["proven"] for row in rows]
-    if np.isfinite(proven).all():
-        columns["proven"] = Column("proven", f"near it, {findings.proof}", proven, shown="bound_percent")
-    names = short_names([joint.name for joint in findings.arm.joints])
+    names = ["motion", "set_points", "duration", "worst", "joint", "proven"]
+    values, by_joint = values_of(rows), dict[str, Any]()
+    short = short_names([joint.name for joint in findings.arm.joints])
     for i, joint in enumerate(findings.arm.joints):
-        label = joint_name(i + 1, names[i])
-        cells = [
+        by_joint[f"at_joint_{joint_name(i + 1, short[i])}"] = [
             f"{percent(row['used'][i])}, {amount(row['peak_torque'][i], joint.effort_unit)}" for row in rows
         ]
-        meaning = "error over allowed error, and peak torque"
-        columns[label] = ShownColumn(label, cells, shown="text", meaning=meaning, pages_only=True)
-    return table_of("each", "Each motion by itself", rows, columns)
+    proven = values["proven"] if np.isfinite(values["proven"]).all() else None
+    return declared_table(
+        "motions",
+        "each",
+        "Each motion by itself",
+        values,
+        names,
+        [*names, *by_joint],
+        seen={"proven": proven, **by_joint},
+        words={"proven": findings.proof},
+    )
 
 
 def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | None) -> Table:
     """Verdicts that differ by motion: one along each, or how often each is met along many."""
     changing = [row for row in verdicts if row["changes"]]
-    names = [row["element"] for row in changing]
-    columns = [ShownColumn("element", names, shown="text", drawn=[part_symbol(name) for name in names])]
+    values, drawn = values_of(changing, "element"), dict[str, Any]()
+    drawn["element"] = [part_symbol(name) for name in values["element"]]
     title = f"{len(changing)} of {len(verdicts)} elements have a verdict that depends on the motion"
     if len(rows) > MOST_MOTION_COLUMNS:
-        columns += [
-            ShownColumn(verdict, [row["verdicts"].count(verdict) for row in changing], shown="count")
-            for verdict in LISTS
-        ]
-        return Table("verdicts_by_motion", title, tuple(columns), top=top)
-    for k, motion in enumerate(rows):
-        effects = [row["verdicts"][k] for row in changing]
-        letters = [LETTERS[effect] for effect in effects]
-        marks = [Mark(*pair) for pair in zip(effects, letters, strict=True)]
-        columns.append(ShownColumn(motion["motion"] or f"motion {k + 1}", letters, shown="text", drawn=marks))
-    note = "T translation, R rotation, J drive, – negligible"
-    return Table("verdicts_by_motion", f"{title}: {note}", tuple(columns), top=top)
+        values |= {
+            f"times_{verdict}": [row["verdicts"].count(verdict) for row in changing] for verdict in LISTS
+        }
+    else:
+        title += ": T translation, R rotation, J drive, – negligible"
+        for k, motion in enumerate(rows):
+            effects, name = [row["verdicts"][k] for row in changing], motion["motion"] or f"motion {k + 1}"
+            values[f"verdict_{name}"] = [LETTERS[effect] for effect in effects]
+            drawn[f"verdict_{name}"] = [Mark(effect, LETTERS[effect]) for effect in effects]
+    columns = declared_columns("motions", values, [*values], drawn=drawn)
+    return Table("verdicts_by_motion", title, columns, top=top)
 
 
 def _elements_fact(key: str, label: str, names: Sequence[str]) -> Fact | Value:
@@ -286,36 +277,33 @@ def recording_section(findings: Findings) -> Section | None:
     within, undecided = (
         table.element.values[table[name].values].tolist() for name in ("within_noise", "verdict_open")
     )
-    noise_rows = _noise_rows(findings)
     noisy = f"Elements of D within twice the noise, of {np.count_nonzero(table.element_noise.values)}"
-    columns: dict[str, str | SeenColumn] = {
-        **dict.fromkeys(("cutoff", "noise_q", "noise_qdd", "torque_noise"), "recording"),
-        "of_allowed": Column(
-            "of_allowed", "of allowed", [row["of_allowed"] for row in noise_rows], shown="percent"
-        ),
-    }
-    uses = [
-        {key.removeprefix("column_"): value for key, value in row.items()} for row in rows_of(table, "column")
-    ]
+    uses = zip(*(table[name].values.tolist() for name in _OF_COLUMNS), strict=True)
+    noise = declared_table(
+        "recording",
+        "joints",
+        "Noise of the readings (standard deviation)",
+        values_of(_noise_rows(findings)),
+        ["joint", "cutoff", "noise_q", "noise_qdd", "torque_noise", "of_allowed"],
+    )
     open_ = "Elements whose verdict the noise decides"
     parts = (
         Value("treatment", table.attrs["treatment"].split("\n")),
         _elements_fact("within_noise", noisy, within),
         _elements_fact("verdict_open", open_, undecided),
-        table_of("joints", "Noise of the readings (standard deviation)", noise_rows, columns),
+        noise,
         Value("elements", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
-        for_pages(columns_table([ColumnUse(**use) for use in uses])),
+        columns_table([ColumnUse(*use) for use in uses], pages_only=True),
     )
     return Section("recording", "", parts)
 
 
-def columns_table(uses: Sequence[ColumnUse]) -> Table:
+def columns_table(uses: Sequence[ColumnUse], *, pages_only: bool = False) -> Table:
     """How the columns of a log were understood."""
-    columns = (
-        declared_column("recording", name, [getattr(use, key) for use in uses], key=key)
-        for key, name in _OF_COLUMNS.items()
-    )
-    return Table("columns", "Columns of the log", tuple(columns))
+    values = attributes_of(uses, *_OF_COLUMNS.values())
+    seen = {name: values[key] for name, key in _OF_COLUMNS.items()}
+    terminal = () if pages_only else [*seen]
+    return declared_table("recording", "columns", "Columns of the log", values, terminal, [*seen], seen=seen)
 
 
 def recording_notices(findings: Findings) -> list[str]:

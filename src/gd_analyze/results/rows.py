@@ -1,10 +1,8 @@
-"""Rows of the tables: as frames, as plain values, as tables of a result, and joined with related ones."""
+"""Rows of the tables: as frames, as plain values, and joined with related ones."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,10 +10,9 @@ import numpy as np
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import stretches
 from gd_analyze.dynamics.verdicts import verdict_definition
-from gd_analyze.result import Column, SeenColumn, ShownColumn, Table, ValueColumn, for_people
 from gd_analyze.results.findings import Findings
-from gd_analyze.schema import declared, declared_column
-from gd_analyze.text import joint_name, percent, short_names
+from gd_analyze.schema import GROUPS
+from gd_analyze.text import percent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,17 +129,8 @@ def dropped_parts(findings: Findings) -> DroppedParts:
 def budget_rows(findings: Findings) -> list[Row]:
     """One row per budget; `kept` holds ranks of torque terms, or labels of parts, if any."""
     table = findings.tables["budgets"]
-    names = (
-        "position",
-        "budget",
-        "operations",
-        "multiplications",
-        "additions",
-        "operations_apart",
-        "sines_cosines",
-        "sines_cosines_apart",
-    )
-    columns = {name: table[name].values.tolist() for name in (*names, "largest_error", "allowed_error")}
+    names = [name for name in GROUPS["budgets"] if not name.startswith("kept")]
+    columns = {name: table[name].values.tolist() for name in ("position", *names)}
     columns["kept"] = [[] for _ in table.position]
     for name, dim in (("kept", "rank"), ("kept_parts", "part")):
         if name in table:
@@ -160,12 +148,12 @@ def frame_of(table: xr.Dataset, *dims: str) -> pd.DataFrame:
 
     if len(dims) > 1:
         return table.to_dataframe(dim_order=list(dims)).reset_index()
-    return pd.DataFrame(_columns(table, dims[0]))
+    return pd.DataFrame(values_along(table, dims[0]))
 
 
 def rows_of(table: xr.Dataset, *dims: str) -> list[Row]:
     """Extract the same rows as plain JSON values; nan becomes None."""
-    columns: Any = _columns(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
+    columns: Any = values_along(table, dims[0]) if len(dims) == 1 else frame_of(table, *dims)
     plain = {name: np.asarray(columns[name]).tolist() for name in columns}
     return [
         {name: None if isinstance(x, float) and x != x else x for name, x in zip(plain, row, strict=True)}
@@ -173,7 +161,8 @@ def rows_of(table: xr.Dataset, *dims: str) -> list[Row]:
     ]
 
 
-def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
+def values_along(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
+    """Values of a table along one dimension by name, as `frame_of` has them."""
     columns: dict[str, np.ndarray] = {dim: table[dim].values}
     for name, array in (*table.data_vars.items(), *table.coords.items()):
         if array.dims == (dim,):
@@ -182,64 +171,3 @@ def _columns(table: xr.Dataset, dim: str) -> dict[str, np.ndarray]:
             labels = table[array.dims[1]].values
             columns |= {f"{name}_{label}": array.values[:, k] for k, label in enumerate(labels)}
     return columns
-
-
-# Where a row has the unit of a quantity of joints: rows are about one joint, of one kind.
-_UNITS_IN_ROWS = {
-    "position": "unit",
-    "acceleration": "qdd_unit",
-    "effort": "effort_unit",
-    "effort per mass": "effort_unit",
-}
-
-
-def table_of(
-    key: str,
-    title: str,
-    rows: Sequence[Row],
-    columns: Mapping[str, str | SeenColumn],
-    note: str = "",
-    top: int | None = None,
-    *,
-    pages_only: Collection[str] = (),
-    in_json: bool = True,
-) -> Table:
-    """Make a result's table from rows: JSON has all entries of the rows, people see the named columns.
-
-    Parameters
-    ----------
-    columns
-        What people see, in order: names of entries with the group of `schema.csv` that declares them, or
-        columns that are not stored. In rows, "joint_name" beside "joint" names the joint.
-    pages_only
-        Names of columns that a terminal has no room for.
-    in_json
-        Whether JSON has the table.
-    """
-    seen: list[SeenColumn] = []
-    if rows and "joint_name" in rows[0]:
-        names = {row["joint"]: row["joint_name"] for row in rows}
-        if list(names) == list(range(1, len(names) + 1)):  # some joints alone may share more words
-            names = dict(zip(names, short_names(list(names.values())), strict=True))
-        pairs = [joint_name(row["joint"], names[row["joint"]]) for row in rows]
-        seen.append(ShownColumn("joint", pairs, shown="name"))
-    for name, source in columns.items():
-        column = source
-        if isinstance(source, str):
-            unit_name = _unit_name(source, name)
-            units = [row[unit_name] for row in rows] if unit_name else ""
-            column = declared_column(source, name, [row[name] for row in rows], units)
-        assert not isinstance(column, str)
-        seen.append(replace(column, pages_only=column.pages_only or name in pages_only))
-    if not in_json:
-        return Table(key, title, tuple(map(for_people, seen)), note, top)
-    keys = {column.key for column in seen if isinstance(column, Column)}
-    further = [name for name in rows[0] if name not in keys] if rows else []
-    values = [ValueColumn(name, [row[name] for row in rows]) for name in further]
-    return Table(key, title, (*seen, *values), note, top)
-
-
-def _unit_name(group: str, name: str) -> str:
-    """The entry of a row that holds the unit of another entry; "" if its unit is that of all rows."""
-    unit = declared(group, name)[0].unit
-    return unit[1:] if unit.startswith("@") else _UNITS_IN_ROWS.get(unit, "")

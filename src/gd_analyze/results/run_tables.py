@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.motions.margin import Margin
+from gd_analyze.results.model_facts import joint_error_values
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.schema import table
+from gd_analyze.schema import GROUPS, table
 from gd_analyze.simplification.accuracy import ErrorTable
 from gd_analyze.simplification.element import (
     ELEMENT,
@@ -31,14 +33,14 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_torque import PayloadEffect, losses
-from gd_analyze.simplification.term_ranking import TermRanking
+from gd_analyze.simplification.term_ranking import RankedTerm, TermRanking
 from gd_analyze.simplification.torque_program import ROUGH
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Numeric columns of the ranking of terms; those of joints are integers.
-_OF_TERMS = ("weight", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint")
+# Types of the numbers that are stated of a term.
+_TYPES = {"int": int, "float": float}
 
 
 def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Dataset:
@@ -61,19 +63,10 @@ def cross_check_table(residuals: Sequence[Residual], arm: RobotArm) -> xr.Datase
 def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
     """Tabulate budget and errors, and the model's torque at the set points of a decomposition."""
     torque = model.torque(*(dataset[kind].values for kind in ("q", "qd", "qdd")))
-    accuracy, errors = model.accuracy, model.accuracy.errors
+    accuracy, error = model.accuracy, torque - dataset.torque.values
     return table(
         "simplified_model",
-        {
-            "allowed_error": accuracy.allowed,
-            "peak_torque": errors.peak_torque,
-            "largest_error": errors.largest,
-            "rms_error": errors.rms,
-            "largest_share": errors.largest_share,
-            "rms_share": errors.rms_share,
-            "torque": torque,
-            "torque_error": torque - dataset.torque.values,
-        },
+        {**joint_error_values(model), "torque": torque, "torque_error": error},
         model.arm.is_revolute,
         {"time": dataset.time, **joint_names(model.arm)},
         {
@@ -151,25 +144,32 @@ def _by_element(form: ExactForm, terms: Terms, torque: int) -> list[int]:
     return [*operations_by_quantity(form, terms).values(), torque]
 
 
-def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
-    """Tabulate the ranking of single terms; types are explicit, as there may be no terms."""
+def term_values(ranking: TermRanking) -> dict[str, np.ndarray]:
+    """Ranked terms by the names of the table "terms"; types are explicit, as there may be no terms."""
     terms, plain = ranking.terms, Plain()
     formulas = [term_formula(term.term, term.weight) for term in terms]
-    below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
-    numbers = {
-        name: np.array([getattr(term, name) for term in terms], dtype=int if "joint" in name else float)
-        for name in _OF_TERMS
+    numbers: dict[str, np.ndarray] = {
+        field.name: np.array([getattr(term, field.name) for term in terms], dtype=_TYPES[field.type])
+        for field in fields(RankedTerm)
+        if field.name in GROUPS["terms"] and field.type in _TYPES
     }
+    below = [-1 if term.below_uncertainty is None else int(term.below_uncertainty) for term in terms]
+    return {
+        "label": np.array([plain.symbol(formula.left) for formula in formulas], dtype=str),
+        "quantity": np.array([term.term.quantity for term in terms], dtype=str),
+        "text": np.array([plain.right(formula) for formula in formulas], dtype=str),
+        **numbers,
+        "below_uncertainty": np.array(below, dtype=int),
+    }
+
+
+def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Dataset:
+    """Tabulate the ranking of single terms."""
+    terms = ranking.terms
     units = np.array([term.term.weight_unit(arm.is_revolute) for term in terms], dtype=str)
     return table(
         "terms",
-        {
-            "label": np.array([plain.symbol(formula.left) for formula in formulas], dtype=str),
-            "quantity": np.array([term.term.quantity for term in terms], dtype=str),
-            "text": np.array([plain.right(formula) for formula in formulas], dtype=str),
-            **numbers,
-            "below_uncertainty": np.array(below, dtype=int),
-        },
+        term_values(ranking),
         arm.is_revolute,
         {
             "rank": np.arange(1, len(terms) + 1),

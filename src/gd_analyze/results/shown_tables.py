@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from gd_analyze.dynamics.dominance import text_verdicts
@@ -13,7 +12,7 @@ from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.formulas.formula import Formula, Symbol
 from gd_analyze.formulas.writing import part_symbol, term_formula, torque_symbol
-from gd_analyze.result import Column, Mark, SeenColumn, ShownColumn, Table, for_pages, for_people
+from gd_analyze.result import Mark, Table, values_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import bound_ratio, margins, tube_bound
 from gd_analyze.results.rows import (
@@ -24,13 +23,38 @@ from gd_analyze.results.rows import (
     element_rows,
     is_doubtful,
     joint_rows,
-    rows_of,
     sure_text,
-    table_of,
+    values_along,
 )
-from gd_analyze.schema import declared_column
+from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.text import number, percent, pretty, thousands
 
+# What people see of the rankings and of errors, in order; JSON and the files of results have all columns.
+_ELEMENTS_IN_TERMINAL = [
+    "element", "torque_share", "torque_peak", "torque_joint",
+    "part_peak_translation", "part_peak_rotation",
+    "verdict", "text_verdict",
+]  # fmt: skip
+_ELEMENTS_ON_PAGE = [
+    "rank", "element", "torque_share", "torque_peak", "torque_joint", "peak",
+    "part_peak_translation", "part_peak_rotation", "change_without_translation", "change_without_rotation",
+    "verdict", "probability", "text_verdict",
+]  # fmt: skip
+TERMS_IN_TERMINAL = [  # of `gd-analyze rank`; the main job's terminal has no room
+    "rank", "label", "text", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint",
+]  # fmt: skip
+_TERMS_ON_PAGE = [
+    "rank", "of", "label", "text", "alone_share", "alone_torque", "alone_joint",
+    "without_share", "without_joint", "kept", "below_uncertainty",
+]  # fmt: skip
+_NEAR_ERRORS_ON_PAGE = [
+    "joint", "allowed_error", "sampled_error", "tube_worst_found", "tube_certified", "tube_certified_share",
+    "tube_margin_q", "tube_margin_qd", "tube_margin_qdd",
+]  # fmt: skip
+_FAR_ERRORS_ON_PAGE = [
+    "joint", "allowed_error", "sampled_error", "largest_share", "worst_found", "certified", "certified_share",
+    "within_limits", "within_limits_share",
+]  # fmt: skip
 # Terms that people see.
 _SHOWN_TERMS = 40
 _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c", "torque": "τ"}
@@ -71,49 +95,35 @@ def not_worth_keeping(findings: Findings) -> int | None:
 def ranking_table(findings: Findings, top: int | None = None) -> Table:
     """Elements by torque: parts, largest torques of links and drive, verdict."""
     rows = element_rows(findings)
-    names = [row["element"] for row in rows]
-    symbols = [part_symbol(name) for name in names]
-    effects = [effect_of(row) for row in rows]
-    letters = [LETTERS[effect] + "?" * is_doubtful(row) for effect, row in zip(effects, rows, strict=True)]
-    columns: dict[str, str | SeenColumn] = {
-        "rank": Column("rank", "rank", [row["rank"] for row in rows], shown="count"),
-        "element": declared_column("dominance", "element", names, drawn=symbols),
-        **dict.fromkeys(("torque_share", "torque_peak", "torque_joint", "peak"), "dominance"),
-        **{f"part_peak_{effect}": _part_column(rows, f"part_peak_{effect}") for effect in EFFECTS},
-        **{
-            f"change_without_{effect}": _part_column(
-                rows, f"change_without_{effect}", label=f"without {LETTERS[effect]}"
-            )
-            for effect in EFFECTS
-        },
-        "letter": for_people(
-            declared_column(
-                "dominance", "verdict", letters, drawn=[Mark(effect, effect) for effect in effects]
-            )
-        ),
+    is_uncertain, is_in_text = "robustness" in findings.tables, any(row["text_verdict"] for row in rows)
+    seen: dict[str, Any] = {
+        "verdict": [LETTERS[effect_of(row)] + "?" * is_doubtful(row) for row in rows],
+        "probability": [sure_text(row) for row in rows] if is_uncertain else None,
+        "text_verdict": [LETTERS.get(row["text_verdict"], "") for row in rows] if is_in_text else None,
     }
-    if "robustness" in findings.tables:
-        columns["sure"] = ShownColumn("probability", [sure_text(row) for row in rows], shown="text")
-    if any(row["text_verdict"] for row in rows):
-        columns["text"] = ShownColumn(
-            "[FGL87]",
-            [LETTERS.get(row["text_verdict"], "") for row in rows],
-            shown="text",
-            meaning="verdict of [FGL87]; ✓: as ours",
-            drawn=[_text_words(row) for row in rows],
-        )
-    title = "Elements by torque: largest parts by effect, largest torque, and its share of peak torque"
-    doubts = f"; ?: less than {percent(SURE)} sure" if "robustness" in findings.tables else ""
+    for effect in EFFECTS:  # gravity has no rotational part
+        for name in (f"part_peak_{effect}", f"change_without_{effect}"):
+            seen[name] = [None if row["quantity"] == "gravity_loading" else row[name] for row in rows]
+    drawn: dict[str, Any] = {
+        "element": [part_symbol(row["element"]) for row in rows],
+        "verdict": [Mark(effect_of(row), effect_of(row)) for row in rows],
+        "text_verdict": [_text_words(row) for row in rows],
+    }
     definition = verdict_definition(findings.dominance.attrs["threshold"], findings.arm.n_joints)
-    note = f"Verdict: {definition}{doubts}."
-    wide = ("rank", "peak", "sure", "change_without_translation", "change_without_rotation")
-    return table_of("dominance", title, rows, columns, note, top, pages_only=wide)
-
-
-def _part_column(rows: Sequence[Row], name: str, **changes: Any) -> ShownColumn:
-    """A column by effect, empty for gravity, which has no rotational part; JSON has all."""
-    values = [None if row["quantity"] == "gravity_loading" else row[name] for row in rows]
-    return for_people(declared_column("dominance", name, values, [row["unit"] for row in rows], **changes))
+    doubts = f"; ?: less than {percent(SURE)} sure" if is_uncertain else ""
+    return declared_table(
+        "dominance",
+        "dominance",
+        "Elements by torque: largest parts by effect, largest torque, and its share of peak torque",
+        values_of(rows),
+        _ELEMENTS_IN_TERMINAL,
+        _ELEMENTS_ON_PAGE,
+        f"Verdict: {definition}{doubts}.",
+        top,
+        seen=seen,
+        words={f"change_without_{effect}": LETTERS[effect] for effect in EFFECTS},
+        drawn=drawn,
+    )
 
 
 def _text_words(row: Row) -> str:
@@ -124,69 +134,72 @@ def _text_words(row: Row) -> str:
 
 def ranked_terms_table(findings: Findings) -> Table:
     """Single terms by torque; pages show the first."""
-    table = findings.tables["terms"]
-    rows = rows_of(table, "rank")
-    kept_terms = findings.model.torques if findings.model.has_terms else None
-    stated = not_worth_keeping(findings) is not None
-    seen = list(zip(rows, findings.ranked_terms.items(), strict=False))[:_SHOWN_TERMS]
-    terms = [term for _, (term, _) in seen]
-    formulas = [Formula(Symbol(""), term_formula(term, weight).pieces) for _, (term, weight) in seen]
-    quantities = [_SYMBOLS[row["quantity"]] for row, _ in seen]
-    columns: dict[str, str | SeenColumn] = {
-        "rank": "terms",
-        "of": ShownColumn("of", quantities, shown="text"),
-        "label": declared_column(
-            "terms",
-            "label",
-            [row["label"] for row in rows],
-            drawn=[torque_symbol(term.row) for term in terms],
-        ),
-        "text": declared_column("terms", "text", [row["text"] for row in rows], drawn=formulas),
-        **dict.fromkeys(
-            ("alone_share", "alone_torque", "alone_joint", "without_share", "without_joint"), "terms"
-        ),
+    table, model = findings.tables["terms"], findings.model
+    values = values_along(table, "rank")
+    terms = list(findings.ranked_terms.items())[:_SHOWN_TERMS]
+    seen = {
+        "of": [_SYMBOLS[quantity] for quantity in values["quantity"].tolist()],
+        "kept": None,
+        "below_uncertainty": None,
     }
-    if kept_terms is not None:
-        kept = ["✓" if term in kept_terms else "–" for term in terms]
-        columns["kept"] = ShownColumn("kept", kept, shown="text")
-    if stated:
-        above = ["–" if row["below_uncertainty"] else "✓" for row, _ in seen]
-        columns["above"] = for_people(declared_column("terms", "below_uncertainty", above))
-    title = f"The {len(seen)} terms that matter most, of {table.attrs['total']}"
-    return for_pages(table_of("terms", title, rows, columns, top=_SHOWN_TERMS))
+    if model.has_terms:
+        seen["kept"] = ["✓" if term in model.torques else "–" for term in findings.ranked_terms]
+    if not_worth_keeping(findings) is not None:
+        seen["below_uncertainty"] = ["–" if is_below else "✓" for is_below in values["below_uncertainty"]]
+    return declared_table(
+        "terms",
+        "terms",
+        f"The {len(terms)} terms that matter most, of {table.attrs['total']}",
+        values,
+        (),
+        _TERMS_ON_PAGE,
+        top=_SHOWN_TERMS,
+        seen=seen,
+        drawn={
+            "label": [torque_symbol(term.row) for term, _ in terms],
+            "text": [Formula(Symbol(""), term_formula(*term).pieces) for term in terms],
+        },
+    )
 
 
 def near_errors_table(findings: Findings) -> Table:
     """Errors near the motion, and how near."""
     rows, tube = joint_rows(findings, "tube"), findings.tables["tube"]
-    columns: dict[str, str | SeenColumn] = {**_stated_errors(findings), "tube_worst_found": "tube"}
     is_proven = tube_bound(findings) is not None
-    if is_proven:
-        columns |= dict.fromkeys(("tube_certified", "tube_certified_share"), "tube")
+    seen = _stated_errors(findings)
+    if not is_proven:
+        seen |= {"tube_certified": None, "tube_certified_share": None}
     for name in ("q", "qd", "qdd"):
-        cells = []
+        margin, cells = f"tube_margin_{name}", []
         for joint, row in zip(findings.arm.joints, rows, strict=True):
-            value = row[f"tube_margin_{name}"]
-            value = math.degrees(value) if joint.kind == "revolute" else value
+            value = math.degrees(row[margin]) if joint.kind == "revolute" else row[margin]
             cells.append(f"{number(value)} {pretty(motion_unit(joint, name))}")
-        columns[f"± {name}"] = for_people(declared_column("tube", f"tube_margin_{name}", cells))
+        seen[margin] = cells
     tried = int(tube.attrs["tried"])
     states = ", no state has a larger error than the bound" if is_proven else ": the states considered"
     note = f"Within {margins(findings)} of the motion, between its set points too{states}. "
     note += "The found error is the largest that a search met"
     note += f", or one of {thousands(tried)} states drawn. " if tried else ". "
     note += str(tube.attrs["note"])
-    return for_pages(table_of("joints", "Torque error near the motion", rows, columns, note))
+    return declared_table(
+        "tube",
+        "joints",
+        "Torque error near the motion",
+        values_of(rows),
+        (),
+        _NEAR_ERRORS_ON_PAGE,
+        note,
+        seen=seen,
+    )
 
 
-def _stated_errors(findings: Findings) -> dict[str, str | SeenColumn]:
+def _stated_errors(findings: Findings) -> dict[str, Any]:
     """Allowed and sampled errors, which precede others on pages."""
     table = findings.tables["simplified_model"]
-    units = [joint.effort_unit for joint in findings.arm.joints]
-    names = "allowed_error", "largest_error"
     return {
-        name: for_people(declared_column("simplified_model", name, table[name].values, units))
-        for name in names
+        "allowed_error": table.allowed_error.values,
+        "sampled_error": table.largest_error.values,
+        "largest_share": table.largest_share.values,
     }
 
 
@@ -195,10 +208,10 @@ def far_errors_table(findings: Findings) -> Table:
     beyond, rows, sentences = findings.tables["beyond"], joint_rows(findings, "beyond"), []
     simplified = findings.tables["simplified_model"]
     drawn = int(beyond.attrs["states_drawn"])
-    shares = for_people(declared_column("simplified_model", "largest_share", simplified.largest_share.values))
-    columns: dict[str, str | SeenColumn] = {**_stated_errors(findings), "largest_share": shares}
-    if beyond.certified.notnull().all():
-        columns |= dict.fromkeys(("worst_found", "certified", "certified_share"), "beyond")
+    seen = _stated_errors(findings)
+    if beyond.certified.isnull().any():
+        seen |= {"worst_found": None, "certified": None, "certified_share": None}
+    else:
         sentences.append(
             "The box holds every position, velocity and acceleration between the smallest and the largest of "
             "the trajectory, in any combination. The bound holds in all of the box."
@@ -207,7 +220,6 @@ def far_errors_table(findings: Findings) -> Table:
         if ratio is not None:
             sentences[0] += f" It is at most {number(math.ceil(100 * ratio) / 100)} times the found one."
     if drawn:
-        columns |= dict.fromkeys(("within_limits", "within_limits_share"), "beyond")
         allowed = simplified.allowed_error.values.tolist()
         over = [
             str(row["joint"])
@@ -223,43 +235,52 @@ def far_errors_table(findings: Findings) -> Table:
             f"error is {where}"
         )
     else:
+        seen |= {"within_limits": None, "within_limits_share": None}
         sentences.append(
             "No states were drawn within the arm's limits, as it does not state all of them (`--limits`)."
         )
-    note = "\n".join(sentences)
-    return for_pages(table_of("beyond", "Torque error farther from the motion", rows, columns, note))
+    return declared_table(
+        "beyond",
+        "beyond",
+        "Torque error farther from the motion",
+        values_of(rows),
+        (),
+        _FAR_ERRORS_ON_PAGE,
+        "\n".join(sentences),
+        seen=seen,
+    )
 
 
 def payload_table(findings: Findings) -> Table:
     """Effect of a payload, and uncertainty of the torque; JSON has both in `far_errors_table`."""
     rows = joint_rows(findings, "beyond")
     masses = [row["mass_within_budget"] for row in rows]
-    any_mass = [mass if mass < math.inf else "any" for mass in masses]
-    columns: dict[str, str | SeenColumn] = {
-        "torque_per_kg": "beyond",
-        "mass_within_budget": declared_column("beyond", "mass_within_budget", any_mass),
-    }
+    seen: dict[str, Any] = {"mass_within_budget": [mass if mass < math.inf else "any" for mass in masses]}
     note = (
         "A point mass at the origin of the last frame, unknown to the model; state a real payload "
         "with `--payload`."
     )
-    if rows[0]["uncertainty"] is not None:
-        columns["uncertainty"] = "beyond"
+    if rows[0]["uncertainty"] is None:
+        seen["uncertainty"] = None
+    else:
         note += " The standard uncertainty follows from the stated uncertainties of the parameters."
+    names = ["joint", "torque_per_kg", "mass_within_budget", "uncertainty"]
     title = "Payload and uncertainty of the parameters"
-    return table_of("payload", title, rows, columns, note, in_json=False)
+    return Table("payload", title, declared_columns("beyond", values_of(rows) | seen, names), note)
 
 
 def difference_table(findings: Findings) -> Table:
     """Differences from Pinocchio, and what round-off explains."""
-    rows = rows_of(findings.tables["cross_check"], "comparison")
-    quantities = [row["quantity"].replace("_", " ") for row in rows]
-    columns: dict[str, str | SeenColumn] = {
-        "words": for_people(declared_column("cross_check", "quantity", quantities)),
-        **dict.fromkeys(("largest_difference", "round_off_bound"), "cross_check"),
-    }
-    title = "Difference from Pinocchio, an independent implementation"
-    return for_pages(table_of("residuals", title, rows, columns))
+    values = values_along(findings.tables["cross_check"], "comparison")
+    return declared_table(
+        "cross_check",
+        "residuals",
+        "Difference from Pinocchio, an independent implementation",
+        values,
+        (),
+        ["quantity", "largest_difference", "round_off_bound"],
+        seen={"quantity": [quantity.replace("_", " ") for quantity in values["quantity"].tolist()]},
+    )
 
 
 def dropped_table(findings: Findings) -> Table:
@@ -269,11 +290,11 @@ def dropped_table(findings: Findings) -> Table:
     for row in rows:
         most = float(allowed[row["torque_joint"] - 1])
         used.append(row["torque_peak"] / most if most else None)
-    names = [row["part"] for row in rows]
-    columns: dict[str, str | SeenColumn] = {
-        "part": declared_column("parts", "part", names, drawn=[part_symbol(*name.split()) for name in names]),
-        **dict.fromkeys(("torque_peak", "torque_joint", "torque_share"), "parts"),
-        "of_allowed": ShownColumn("of allowed", used, shown="percent"),
-    }
-    title = "Parts dropped although they contribute torque here"
-    return table_of("dropped", title, rows, columns, in_json=False)
+    names = ["part", "torque_peak", "torque_joint", "torque_share"]
+    columns = declared_columns(
+        "parts",
+        values_of(rows, *names, "torque_unit") | {"of_allowed": used},
+        [*names, "of_allowed"],
+        drawn={"part": [part_symbol(*row["part"].split()) for row in rows]},
+    )
+    return Table("dropped", "Parts dropped although they contribute torque here", columns)

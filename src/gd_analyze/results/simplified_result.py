@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import numpy as np
 
 from gd_analyze.certification.held import Held
 from gd_analyze.formulas.languages import Written, equation_part
 from gd_analyze.motions.states import States, in_words
 from gd_analyze.result import (
-    AnyColumn,
     AnyFact,
-    Column,
     Fact,
     Part,
     Result,
     Shown,
-    Table,
     Value,
-    ValueColumn,
-    value_columns_of,
+    values_of,
 )
 from gd_analyze.results.model_facts import (
     drives_text,
@@ -29,6 +25,7 @@ from gd_analyze.results.model_facts import (
     structure_note,
     worst_error,
 )
+from gd_analyze.schema import declared_table
 from gd_analyze.simplification.element import ELEMENT, operations_by_quantity, parts_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_program import READABLE
@@ -50,13 +47,10 @@ def simplified_result(
     model, certificate = held_model.model, held_model.certificate
     accuracy, arm = model.accuracy, model.arm
     bound = None if certificate is None else certificate.certified
-    error_text, joints = None, joint_errors(model, bound)
-    proven: list[AnyFact] = []
-    extra_columns: list[AnyColumn] = [
-        ValueColumn("certified", [None] * arm.n_joints if bound is None else bound)
-    ]
+    error_text, proven = None, list[AnyFact]()
+    further = {"certified": np.full(arm.n_joints, np.nan) if bound is None else bound}
     if accuracy.uncertainty is not None:
-        extra_columns.append(ValueColumn("uncertainty", accuracy.uncertainty))
+        further["uncertainty"] = accuracy.uncertainty
     if certificate is not None:
         worst = worst_error(model, certificate.counting)
         region = " near each motion" if accuracy.motions else ""
@@ -77,11 +71,9 @@ def simplified_result(
         proven.append(
             Fact("tried", "Tried at", held_model.tried, text=f"{tried} of {held_model.where}{ascent}")
         )
-        units = [joint.effort_unit for joint in arm.joints]
-        extra_columns.append(Column("found", "found", held_model.found, units))
+        further["found"] = held_model.found
         if certificate is None:
             proven.append(Shown("Proof", "none: --certified asks for one"))
-    steps = value_columns_of(accuracy.steps, "name", "operations")
     size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
     return Result(
         title=", ".join(filter(None, [arm.title or arm.name, drives_text(arm, model.drives)])),
@@ -104,8 +96,8 @@ def simplified_result(
             Value("seconds", seconds),
         ),
         parts=(
-            replace(joints, columns=(*joints.columns, *extra_columns)),
-            Table("search", "", tuple(steps)),
+            joint_errors(model, bound, further=further),
+            Value("search", [step._asdict() for step in accuracy.steps]),
             *_model_parts(model, states, digits, joint_velocities),
         ),
         notices=tuple(filter(None, [model.notice])),
@@ -121,10 +113,10 @@ def _model_parts(
         kept_labels = [part.label for part in parts if part in model.terms]
         dropped_labels = [part.label for part in parts if part not in model.terms]
         counts = operations_by_quantity(model.form, model.terms), operations_by_quantity(model.form, parts)
-        columns = [Column(name, name, [count[name] for count in counts], shown="count") for name in counts[0]]
-        names = Column("program", "program", ["model", "exact"], shown="text")
+        values = {"program": ["model", "exact"], **values_of(counts)}
+        seen = {f"operations_{name}": values[name] for name in counts[0]}
         title = "Operations of D, h and c by element"
-        by_element = Table("by_element", title, (names, *columns))
+        by_element = declared_table("by_verdicts", "by_element", title, values, ["program", *seen], seen=seen)
         return (
             Fact("kept", "Kept", kept_labels),
             Fact("dropped", "Dropped", dropped_labels)

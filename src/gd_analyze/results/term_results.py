@@ -3,55 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
-from gd_analyze.formulas.languages import Plain
-from gd_analyze.formulas.writing import term_formula
-from gd_analyze.result import Fact, Result, ShownColumn, Table, Value, ValueColumn, value_columns_of
-from gd_analyze.results.model_facts import drives_text
-from gd_analyze.schema import declared_column
+from gd_analyze.result import Fact, Result, Table, Value, attributes_of
+from gd_analyze.results.model_facts import counts_by_kind, drives_text
+from gd_analyze.results.run_tables import term_values
+from gd_analyze.results.shown_tables import TERMS_IN_TERMINAL
+from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.levels import LEVELS
 from gd_analyze.simplification.term_ranking import TermRanking
 from gd_analyze.simplification.trade_off import TradeOffPoint, curves
 
-# What is stated of each term, in order.
-_OF_TERMS = "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint"
 # Shares of peak torque for which the result states the number of terms.
 _STATED_SHARES = (0.1, 0.01, 0.001)
 
 
 def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: int) -> Result:
     """Every term with its torque and the error without it; people see the first `top`."""
-    terms, arm, plain = ranking.terms, exact.arm, Plain()
-    formulas = [term_formula(ranked.term, ranked.weight) for ranked in terms]
-    units = [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms]
+    terms, arm = ranking.terms, exact.arm
     needed = []
     for share in _STATED_SHARES:
         count = next((term.rank - 1 for term in terms if term.without_share <= share), len(terms))
         if count < len(terms) or ranking.unlisted_share <= share:
             label = f"Terms for {100 * share:g} % of peak torque"
             needed.append(Fact(f"needed_for_{share:g}", label, count, shown="count"))
-    labels = [plain.symbol(formula.left) for formula in formulas]
-    texts = [plain.right(formula) for formula in formulas]
-    columns = {
-        name: declared_column("terms", name, [getattr(ranked, name) for ranked in terms], units)
-        for name in ("rank", *_OF_TERMS)
+    seen = {**attributes_of(terms, "rank"), **term_values(ranking)}
+    values = {"term" if name == "text" else name: seen[name] for name in seen} | {
+        "below_uncertainty": [ranked.below_uncertainty for ranked in terms],
+        "alone_unit": [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms],
     }
-    table = Table(
+    table = declared_table(
+        "terms",
         "terms",
         "Torque of each term, and error without it and all below",
-        (
-            columns["rank"],
-            declared_column("terms", "label", labels),
-            ValueColumn("quantity", [ranked.term.quantity for ranked in terms]),
-            declared_column("terms", "text", texts, key="term"),
-            ValueColumn("alone_unit", units),
-            *(columns[name] for name in _OF_TERMS),
-            *value_columns_of(terms, "weight", "below_uncertainty"),
-        ),
+        values,
+        TERMS_IN_TERMINAL,
         top=top,
+        seen=seen,
     )
     unlisted = f"at most {100 * ranking.unlisted_share:.2g} % of peak torque together"
     return Result(
@@ -86,20 +75,28 @@ def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budg
     """Operations, and sines and cosines, by level and budget."""
     arm, full, by_level = exact.arm, exact.form.operations, curves(tuple(points))
     budgets = [point.budget for point in next(iter(by_level.values()), ())]
-    columns = [ShownColumn("budget", budgets, shown="text")]
-    for level, row in by_level.items():
-        counts = [f"{point.operations.total}/{point.operations.sines_cosines}" for point in row]
-        columns.append(ShownColumn(level.name, counts, shown="text"))
-    title = "Operations/sines and cosines of one torque evaluation, by budget"
-    note = "If no model takes fewer operations, those of the exact torque are shown."
-    point_columns = (
-        ValueColumn("level", [point.level.name for point in points]),
-        *value_columns_of(points, "budget"),
-        ValueColumn("operations", [asdict(p.operations) | {"total": p.operations.total} for p in points]),
-        ValueColumn("largest_share", [point.error_share for point in points]),
+    seen = {"budget": budgets} | {
+        f"operations_{level.name}": [
+            f"{point.operations.total}/{point.operations.sines_cosines}" for point in row
+        ]
+        for level, row in by_level.items()
+    }
+    by_budget = Table(
+        None,
+        "Operations/sines and cosines of one torque evaluation, by budget",
+        declared_columns("trade_off", seen, [*seen]),
+        "If no model takes fewer operations, those of the exact torque are shown.",
     )
+    stored = [
+        {
+            "level": point.level.name,
+            "budget": point.budget,
+            "operations": counts_by_kind(point.operations),
+            "largest_share": point.error_share,
+        }
+        for point in points
+    ]
     saves = any(point.operations.total < full.total for point in points)
-    exact_operations = asdict(full) | {"total": full.total}
     drives = drives_text(arm, exact.form.drives)
     return Result(
         title=f"{arm.title or arm.name}: operations against torque error",
@@ -110,10 +107,10 @@ def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budg
             Value("states", dict(exact.states.described)),
             Value("budget", str(budget)),
             Value("shares_of", budget.shares_of),
-            Fact("operations_full", "Operations of the exact torque", exact_operations, text=str(full)),
+            Fact("operations_full", "Operations of the exact torque", counts_by_kind(full), text=str(full)),
             Value("saves", saves)
             if saves
             else Fact("saves", "Operations saved within these budgets", saves, text="none"),
         ),
-        parts=(Table("", title, tuple(columns), note), Table("points", "", point_columns)),
+        parts=(by_budget, Value("points", stored)),
     )

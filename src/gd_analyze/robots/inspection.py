@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.result import Part, Result, Section, Shown, ShownAs, ShownColumn, Table, Value
+from gd_analyze.result import Column, Part, Result, Section, Shown, ShownAs, Table, Value
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import describe, fingerprint
 from gd_analyze.robots.frames import angles_of
@@ -56,7 +56,7 @@ def arm_tables(arm: RobotArm) -> tuple[Part, ...]:
 
 def _sentences(title: str, sentences: Sequence[str]) -> list[Section]:
     facts = tuple(Shown("-", sentence) for sentence in sentences)
-    return [Section("", title, facts)] if facts else []
+    return [Section(None, title, facts)] if facts else []
 
 
 def _cells(values: Iterable[float | None]) -> list[str]:
@@ -68,7 +68,7 @@ def _table(
     key: str, title: str, headings: Sequence[str], rows: Sequence[Sequence[object]], note: str = ""
 ) -> Table:
     columns = (
-        ShownColumn(heading, list(cells), shown=_SHOWN.get(heading, "number"))
+        Column(heading, list(cells), shown=_SHOWN.get(heading, "number"))
         for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
     )
     return Table(key, title, tuple(columns), note)

@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.batch import effort_units
-from gd_analyze.result import Column, Result, ShownAs, ShownColumn, Table, Value, ValueColumn
+from gd_analyze.result import Column, Result, Table, Value
 from gd_analyze.robots.arm_numbers import ArmNumber
+from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.studies.batch_rows import KEYS, BatchRow, varied_in
 from gd_analyze.text import short_name
 
 if TYPE_CHECKING:
     import pandas as pd
+
+# What people see of every row.
+_ROWS = [
+    "row", "state", "arm", "trajectory", "model_operations", "exact_operations", "model_sines_cosines",
+    "exact_sines_cosines", "sampled_error", "proven_error",
+]  # fmt: skip
 
 
 def batch_table(rows: Sequence[BatchRow], entries_of_rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
@@ -62,37 +69,23 @@ def varied_column(rows: Sequence[BatchRow]) -> str:
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and the failed rows."""
     failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
-    headings: tuple[tuple[str, str, ShownAs], ...] = (
-        ("row", "row", "count"),
-        ("state", "state", "text"),
-        ("arm", "arm", "name"),
-        ("trajectory", "trajectory", "name"),
-        ("model_operations", "operations", "count"),
-        ("exact_operations", "of", "count"),
-        ("model_sines_cosines", "sin, cos", "count"),
-        ("exact_sines_cosines", "of", "count"),
-        ("sampled_error", "sampled", "percent"),
-        ("proven_error", "proven", "bound_percent"),
-    )
-    cells = table.reindex(columns=[key for key, *_ in headings]).astype(object)
+    cells = table.reindex(columns=_ROWS).astype(object)
     cells = cells.where(cells.notna(), None)
-    columns = tuple(Column(key, label, cells[key].tolist(), shown=style) for key, label, style in headings)
+    values = {name: cells[name].tolist() for name in _ROWS}
     lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
     numbers = [number for number in map(ArmNumber.named, table.columns) if number is not None]
-    failed_columns = (
-        Column("row", "row", failed.row.tolist(), shown="count"),
-        ValueColumn("error", failed.error.tolist()),
-        ShownColumn("error", lines, shown="text"),
+    failures = {"row": failed.row.tolist(), "error": failed.error.tolist()}
+    failed_table = declared_table(
+        "batch", "failures", "Failed", failures, ["row", "error"], top=most, seen={"error": lines}
     )
-    failures = Table("failures", "Failed", failed_columns, top=most)
     return Result(
         title="Batch",
         headline=f"{done_count} of {len(table)} rows done.",
         facts=(Value("rows", len(table)), Value("done", done_count), Value("failed", len(failed))),
         parts=(
-            Table("table", "Rows", columns, top=most),
+            declared_table("batch", "table", "Rows", values, _ROWS, top=most),
             *([_varied_table(table, numbers, most)] if numbers else []),
-            *([failures] if len(failed) else []),
+            *([failed_table] if len(failed) else []),
         ),
     )
 
@@ -101,16 +94,13 @@ def _varied_table(table: pd.DataFrame, numbers: Sequence[ArmNumber], most: int) 
     """Peak torques and changed verdicts by the varied numbers."""
     torques = effort_units(table[table.state == "done"]).items()
     changed = table["changed_verdicts"].fillna("") if "changed_verdicts" in table else [""] * len(table)
-    columns = (
-        Column("row", "row", table.row.tolist(), shown="count"),
-        *(
-            Column(number.name, number.name, table[number.name].astype(float).tolist(), number.unit)
-            for number in numbers
-        ),
-        *(
-            Column(name, name.replace("_torque_", " "), table[name].astype(float).tolist(), unit)
-            for name, unit in torques
-        ),
-        Column("changed_verdicts", "changed verdicts", list(changed), shown="text"),
-    )
-    return Table("varied", "Numbers varied, and peak torques", columns, top=most)
+    labels = {number.name: (number.name, number.unit) for number in numbers}
+    labels |= {name: (name.replace("_torque_", " "), unit) for name, unit in torques}
+    values = {
+        "row": table.row.tolist(),
+        **{name: table[name].astype(float).tolist() for name in labels},
+        "changed_verdicts": list(changed),
+    }
+    first, last = declared_columns("batch", values, ["row", "changed_verdicts"])
+    between = (Column(label, values[name], unit) for name, (label, unit) in labels.items())
+    return Table("varied", "Numbers varied, and peak torques", (first, *between, last), "", most, values)

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,11 @@ from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.progress import NO_PROGRESS, Progress
-from gd_analyze.result import AnyColumn, Column, Fact, Result, ShownColumn, Table, Value, ValueColumn
+from gd_analyze.result import Fact, Result, Table, Value, attributes_of, values_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
+from gd_analyze.schema import declared_table
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.studies.study_files import inputs_stated
 from gd_analyze.text import number
@@ -169,29 +170,28 @@ def comparison(
     )
 
 
-def _names(*more_rows: str) -> tuple[ValueColumn, ShownColumn]:
-    """Columns that begin a table of formulations."""
-    labels = [*(method.short for method in METHODS.values()), *more_rows]
-    return ValueColumn("name", (*METHODS, *more_rows)), ShownColumn("formulation", labels, shown="text")
-
-
 def _cost_table(arm: RobotArm) -> Table:
-    columns: list[AnyColumn] = [*_names()]
-    for attribute, label in (("executed", "as executed"), ("folded", "folded")):
-        counts = [getattr(count_cost(method, arm), attribute) for method in METHODS.values()]
-        columns.append(ValueColumn(attribute, [asdict(count) for count in counts]))
-        cells = [f"{x.multiplications} + {x.additions}, {x.sines_cosines}" for x in counts]
-        columns.append(ShownColumn(label, cells))
-    for key in ("growth", "form"):
-        columns.append(Column(key, key, [getattr(m, key) for m in METHODS.values()], shown="text"))
-    return Table(
-        "methods", "Operations of one torque: multiplications + additions, sines and cosines", tuple(columns)
-    )
+    methods = METHODS.values()
+    values: dict[str, Any] = {"name": [*METHODS]}
+    seen = {"formulation": [method.short for method in methods]}
+    for name in ("executed", "folded"):
+        counts = [getattr(count_cost(method, arm), name) for method in methods]
+        values[name] = [asdict(count) for count in counts]
+        seen[name] = [f"{x.multiplications} + {x.additions}, {x.sines_cosines}" for x in counts]
+    values |= attributes_of([*methods], "growth", "form")
+    names = ["formulation", "executed", "folded", "growth", "form"]
+    title = "Operations of one torque: multiplications + additions, sines and cosines"
+    return declared_table("formulations", "methods", title, values, names, seen=seen)
 
 
 def _differences_table(agreed: Agreement) -> Table:
-    rows = [*agreed.from_pinocchio.values(), agreed.bounds]
-    symbols = zip(agreed.bounds, ("D", "h", "c", "torque"), strict=True)
-    columns = (Column(key, symbol, [row[key] for row in rows]) for key, symbol in symbols)
-    title = "Largest difference from Pinocchio, SI units"
-    return Table("from_pinocchio", title, (*_names("explained by round-off"), *columns))
+    last = "explained by round-off"
+    differences = values_of([*agreed.from_pinocchio.values(), agreed.bounds])
+    return declared_table(
+        "formulations",
+        "from_pinocchio",
+        "Largest difference from Pinocchio, SI units",
+        {"name": [*METHODS, last], **differences},
+        ["formulation", *differences],
+        seen={"formulation": [*(method.short for method in METHODS.values()), last]},
+    )

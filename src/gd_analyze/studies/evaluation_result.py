@@ -3,30 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.motions.states import in_words
 from gd_analyze.result import (
-    AnyColumn,
-    Column,
     Fact,
     Part,
     Result,
     Section,
     Shown,
-    ShownColumn,
     Table,
     Value,
-    ValueColumn,
-    joint_columns,
-    value_columns_of,
+    attributes_of,
+    joint_values,
     value_text,
+    values_of,
 )
 from gd_analyze.results.model_facts import drives_text, norms_text
 from gd_analyze.results.motion_result import friction_tables, measured_table
@@ -34,6 +30,7 @@ from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.results.rows import rows_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Link
+from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.simplification.accuracy import STATED, share_of
 from gd_analyze.simplification.model_torque import losses, model_torque, payload_effect
 from gd_analyze.studies.evaluation import BesideMeasured, EvaluatedMotion, Evaluation, is_passed
@@ -42,6 +39,11 @@ from gd_analyze.text import counted, joint_name, visible
 if TYPE_CHECKING:
     import xarray as xr
 
+# What people see of the errors by joint.
+_ERRORS = [
+    "joint", "peak_torque", "largest_error", "largest_share_of_peak_here", "fail_over", "passed",
+    "largest_error_at", "allowed_error", "largest_of_allowed", "unloaded_of_allowed",
+]  # fmt: skip
 # Smallest loss shown to people, as a share of peak torque.
 _LEAST_SHOWN_LOSS = 1e-4
 
@@ -121,18 +123,17 @@ def _notices(evaluation: Evaluation) -> tuple[str, ...]:
 
 def _motions_table(evaluation: Evaluation) -> Table:
     motions = evaluation.motions
-    tables = [motion.errors for motion in motions]
-    columns = [
-        ShownColumn("motion", [motion.name for motion in motions], shown="name"),
-        ShownColumn("set points", [len(motion.judged) for motion in motions], shown="count"),
-        ShownColumn("of peak", [table.largest_share.max() for table in tables], shown="percent"),
-        ShownColumn("joint", [table.worst + 1 for table in tables], shown="count"),
-        ShownColumn("outside box", [int(motion.outside.sum()) for motion in motions], shown="count"),
-    ]
+    values = {
+        "motion": [motion.name for motion in motions],
+        "set_points": [len(motion.judged) for motion in motions],
+        "largest_share": [motion.errors.largest_share.max() for motion in motions],
+        "joint": [motion.errors.worst + 1 for motion in motions],
+        "outside_box": [int(motion.outside.sum()) for motion in motions],
+    }
     if evaluation.fail_over is not None:
-        columns.append(ShownColumn("verdict", [motion.verdict for motion in motions], shown="text"))
+        values["verdict"] = [motion.verdict for motion in motions]
     note = "Of peak: largest error over peak torque. Outside box: set points."
-    return Table("", "All motions", tuple(columns), note)
+    return Table(None, "All motions", declared_columns("evaluated_motions", values, [*values]), note)
 
 
 class _Motion:
@@ -171,9 +172,9 @@ class _Motion:
             "norms": [norm._asdict() for norm in motion.norms],
             "mass_within_budget": self.effect.largest_mass,
             "limiting_joint": self.effect.limiting_joint,
-            "largest_losses": Table("", "", tuple(value_columns_of(self.lost, *_LOSSES))).rows(),
+            "largest_losses": [asdict(loss) for loss in self.lost],
             "outside_box": int(motion.outside.sum()),
-            "box_exits": self.exits().rows(),
+            "box_exits": self.exit_rows(),
             "measured_torque": measured
             and {"exact": beside(measured.exact), "simplified": beside(measured.simplified)},
         }
@@ -199,7 +200,7 @@ class _Motion:
         if motion.measured is not None:
             parts += self.measured(motion.measured)
         title = motion.name if motion.trajectory is None else f"{motion.name}, {counted(count, 'set point')}"
-        return Section("", title, tuple(parts))
+        return Section(None, title, tuple(parts))
 
     def measured_table(self, comparison: TorqueComparison, *, fit_friction: bool = False) -> xr.Dataset:
         """A comparison with the torques measured along the motion, as a table."""
@@ -211,49 +212,34 @@ class _Motion:
     def joints(self) -> Table:
         """Errors by joint, beside what is allowed."""
         motion, errors, arm, effect = self.motion, self.motion.errors, self.motion.dynamics.arm, self.effect
-        units, empty = [joint.effort_unit for joint in arm.joints], [None] * arm.n_joints
-        allowed, promised, unloaded_torque = motion.accuracy.allowed, motion.accuracy.errors, self.bare
-        limit = empty if motion.most is None else motion.most
-        passed = [is_passed(verdict) for verdict in motion.verdicts]
-        unloaded: Sequence[Any] | FloatArray = empty
-        beside: list[AnyColumn] = []
-        if unloaded_torque is not None:
-            unloaded = unloaded_torque.errors.largest
-            beside = [ShownColumn("unloaded", share_of(unloaded, allowed), shown="times")]
-        judged: list[AnyColumn] = [
-            ValueColumn("largest_error_at", motion.at),
-            Column("fail_over", "limit", limit, units),
-            Column("passed", "passed", passed, shown="flag"),
-            ValueColumn("allowed_error", allowed),
-        ]
-        if motion.verdict == "not judged":
-            judged = [
-                ValueColumn("largest_error_at", motion.at)
-                if motion.trajectory is None
-                else Column("largest_error_at", "at", motion.at, "s"),
-                ValueColumn("fail_over", limit),
-                ValueColumn("passed", passed),
-                Column("allowed_error", "allowed", allowed, units),
-            ]
-        columns = [
-            *joint_columns(arm.joints),
-            Column("peak_torque", "peak", errors.peak_torque, units),
-            Column("largest_error", "error", errors.largest, units),
-            Column("largest_share_of_peak_here", "of peak", errors.largest_share, shown="percent"),
-            ValueColumn("rms_error", errors.rms),
-            *judged,
-            Column("largest_of_allowed", "of allowed", share_of(errors.largest, allowed), shown="times"),
-            *beside,
-            ValueColumn("promised_of_allowed", share_of(promised.largest, allowed)),
-            ValueColumn("peak_torque_fitted_on", promised.peak_torque),
-            ValueColumn("largest_share_of_peak_fitted_on", share_of(errors.largest, promised.peak_torque)),
-            ValueColumn("promised_largest_error", promised.largest),
-            ValueColumn("largest_error_without_payload", unloaded),
-            ValueColumn("torque_per_kg", effect.torque_per_kg),
-            ValueColumn("mass_within_budget", effect.mass_within_budget),
-        ]
+        allowed, promised, empty = motion.accuracy.allowed, motion.accuracy.errors, [None] * arm.n_joints
+        unloaded = None if self.bare is None else self.bare.errors.largest
+        values = joint_values(arm.joints) | {
+            "peak_torque": errors.peak_torque,
+            "largest_error": errors.largest,
+            "largest_share_of_peak_here": errors.largest_share,
+            "rms_error": errors.rms,
+            "largest_error_at": motion.at,
+            "fail_over": empty if motion.most is None else motion.most,
+            "passed": [is_passed(verdict) for verdict in motion.verdicts],
+            "allowed_error": allowed,
+            "largest_of_allowed": share_of(errors.largest, allowed),
+            "promised_of_allowed": share_of(promised.largest, allowed),
+            "peak_torque_fitted_on": promised.peak_torque,
+            "largest_share_of_peak_fitted_on": share_of(errors.largest, promised.peak_torque),
+            "promised_largest_error": promised.largest,
+            "largest_error_without_payload": empty if unloaded is None else unloaded,
+            "torque_per_kg": effect.torque_per_kg,
+            "mass_within_budget": effect.mass_within_budget,
+        }
+        is_judged = motion.verdict != "not judged"
+        left_out = ["largest_error_at", "allowed_error"] if is_judged else ["fail_over", "passed"]
+        if motion.trajectory is None:
+            left_out.append("largest_error_at")
+        seen: dict[str, Any] = dict.fromkeys(left_out)
+        seen["unloaded_of_allowed"] = None if unloaded is None else share_of(unloaded, allowed)
         note = "Allowed: by the budget, where the model was fitted."
-        return Table("", "Torque error", tuple(columns), note)
+        return declared_table("evaluation", None, "Torque error", values, _ERRORS, note=note, seen=seen)
 
     def omissions(self) -> list[Table]:
         """Dropped parts; people see them only if the error exceeds the promise."""
@@ -264,65 +250,64 @@ class _Motion:
         if not self.lost or not (error_shares > promised_shares.max()).any():
             return []
         lost = tuple(loss for loss in self.lost if loss.torque_share >= _LEAST_SHOWN_LOSS)
-        units = [arm.joints[loss.torque_joint - 1].effort_unit for loss in lost]
-        shares = [loss.torque_peak / allowed[loss.torque_joint - 1] for loss in lost]
-        columns = (
-            ShownColumn("what", [loss.part for loss in lost], shown="text"),
-            ShownColumn("torque", [loss.torque_peak for loss in lost], units),
-            ShownColumn("joint", [loss.torque_joint for loss in lost], shown="count"),
-            ShownColumn("of allowed", shares, shown="times"),
-        )
-        return [Table("", "Omissions by torque of each alone", columns, top=5)]
+        values = attributes_of(lost, "part", "torque_peak", "torque_joint")
+        joints = [joint - 1 for joint in values["torque_joint"]]
+        values["torque_unit"] = [arm.joints[joint].effort_unit for joint in joints]
+        values["of_allowed"] = [loss.torque_peak / allowed[i] for i, loss in zip(joints, lost, strict=True)]
+        names = ["part", "torque_peak", "torque_joint", "of_allowed"]
+        columns = declared_columns("omissions", values, names)
+        return [Table(None, "Omissions by torque of each alone", columns, top=5)]
+
+    def exit_rows(self) -> list[dict[str, Any]]:
+        """Limits of the box that the motion exceeds."""
+        return [
+            {
+                "joint": box_exit.farthest.joint,
+                "joint_name": box_exit.farthest.name,
+                "quantity": box_exit.farthest.quantity,
+                "unit": box_exit.farthest.unit,
+                "limit": box_exit.farthest.limit,
+                "farthest": box_exit.farthest.value,
+                "farthest_at": box_exit.farthest.time,
+                "set_points": box_exit.set_points,
+                "first": box_exit.first,
+                "longest_stretch": (box_exit.begin, box_exit.end),
+            }
+            for box_exit in self.motion.exits
+        ]
 
     def exits(self) -> Table:
-        """Limits of the box that the motion exceeds."""
-        exits, farthest = self.motion.exits, [violation.farthest for violation in self.motion.exits]
-        units = [violation.unit for violation in farthest]
-        columns = (
-            ValueColumn("joint", [violation.joint for violation in farthest]),
-            ValueColumn("joint_name", [violation.name for violation in farthest]),
-            ShownColumn(
-                "joint", [joint_name(violation.joint, violation.name) for violation in farthest], shown="name"
-            ),
-            Column("quantity", "quantity", [violation.quantity for violation in farthest], shown="text"),
-            ValueColumn("unit", units),
-            Column("limit", "limit", [violation.limit for violation in farthest], units),
-            ValueColumn("farthest", [violation.value for violation in farthest]),
-            ValueColumn("farthest_at", [violation.time for violation in farthest]),
-            ShownColumn("by", [violation.excess for violation in farthest], units),
-            Column("set_points", "points", [box_exit.set_points for box_exit in exits], shown="count"),
-            Column("first", "first", [box_exit.first for box_exit in exits], "s"),
-            ValueColumn("longest_stretch", [(box_exit.begin, box_exit.end) for box_exit in exits]),
-            ShownColumn(
-                "longest", [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits], "s"
-            ),
-        )
-        return Table("", f"Limits of {self.evaluation.box.where} exceeded", columns)
+        """The same for people."""
+        exits = self.motion.exits
+        values = values_of(self.exit_rows()) | {
+            "excess": [box_exit.farthest.excess for box_exit in exits],
+            "longest": [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits],
+        }
+        names = ["joint", "quantity", "limit", "excess", "set_points", "first", "longest"]
+        title = f"Limits of {self.evaluation.box.where} exceeded"
+        return Table(None, title, declared_columns("box_exits", values, names))
 
     def measured(self, measured: BesideMeasured) -> list[Part]:
         """Exact and simplified torque side by side, each compared with the measured torque."""
         exact, simplified = measured
-        units = [joint.effort_unit for joint in exact.arm.joints]
-        columns = [*joint_columns(exact.arm.joints), ShownColumn("measured peak", exact.peak_measured, units)]
-        for heading, comparison in (("exact", exact), ("simplified", simplified)):
-            columns.append(ShownColumn(f"RMS to {heading}", comparison.rms, units))
+        values = joint_values(exact.arm.joints) | {"peak_measured": exact.peak_measured}
+        for name, comparison in (("exact", exact), ("simplified", simplified)):
+            values[name] = comparison.rms
             if self.fit_friction:
-                columns.append(ShownColumn("beside friction", comparison.friction.rms, units))
+                values[f"{name}_friction"] = comparison.friction.rms
         # To nine digits: the difference may be nothing but round-off.
-        increase = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
-        columns.append(ShownColumn("more", increase, shown="percent"))
+        values["increase"] = np.round(share_of(simplified.rms - exact.rms, exact.rms), 9) + 0.0
+        names = [name for name in values if name not in ("joint_name", "effort_unit")]
+        columns = declared_columns("beside_measured", values, names)
         note = "RMS to exact, to simplified: RMS of measured minus model. More: simplified over exact."
         tables = [
-            Table("", "Measured torque", tuple(columns), note),
-            measured_table(self.measured_table(exact), exact.arm),
+            Table(None, "Measured torque", columns, note),
+            measured_table(self.measured_table(exact), exact.arm, key=None),
         ]
         if self.fit_friction:
             table = self.measured_table(exact, fit_friction=True)
             tables += friction_tables(table, exact.arm, " from the exact torque")
-        return [replace(table, key="") for table in tables]
-
-
-_LOSSES = ("part", "torque_peak", "torque_joint", "torque_share")
+        return [*tables]
 
 
 def junit_xml(evaluation: Evaluation) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, evenly, runs
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.figure import (
     Area,
@@ -26,19 +27,18 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import (
     AnyFact,
-    Column,
     Drawing,
     Fact,
     Result,
     Section,
     Shown,
-    ShownColumn,
     Table,
     Value,
-    ValueColumn,
-    joint_columns,
+    attributes_of,
+    joint_values,
 )
 from gd_analyze.results.diagnosis_result import table_of_faults
+from gd_analyze.schema import SCHEMA_UNITS, declared, declared_table
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.search import SearchOptions
@@ -140,7 +140,7 @@ def identification_result(
             _residual_table(identification),
             *_payload_table(identification),
             Section(
-                "",
+                None,
                 "Torque over time",
                 (
                     Drawing(
@@ -267,70 +267,68 @@ def _faults_table(identification: Identification) -> Iterator[Table]:
 def _payload_table(identification: Identification) -> Iterator[Table]:
     if identification.payload is None:
         return
-    values, errors = identification.payload
-    cells = [with_error(float(x), float(error), 1) for x, error in zip(values, errors, strict=True)]
+    numbers, errors = identification.payload
+    texts = [with_error(float(x), float(error), 1) for x, error in zip(numbers, errors, strict=True)]
     units = ["kg", "m", "m", "m"]
-    columns = (
-        Column("quantity", "quantity", ["mass", "x", "y", "z"], shown="name"),
-        ValueColumn("value", values),
-        ValueColumn("error", errors),
-        ShownColumn(
-            "value", [f"{cell} {unit}" for cell, unit in zip(cells, units, strict=True)], shown="text"
-        ),
-    )
+    values = {"quantity": ["mass", "x", "y", "z"], "value": numbers, "error": errors}
+    seen = {"value": [f"{text} {unit}" for text, unit in zip(texts, units, strict=True)]}
     frame = identification.stated_arm.tip or f"link {identification.stated_arm.n_joints}"
-    yield Table("payload", "Payload", columns, f"Centre of mass in the frame of {frame}; standard errors.")
+    note = f"Centre of mass in the frame of {frame}; standard errors."
+    names = ["quantity", "value"]
+    yield declared_table("identified_payload", "payload", "Payload", values, names, note=note, seen=seen)
 
 
 def _residual_table(identification: Identification) -> Table:
-    units, rows = [joint.effort_unit for joint in identification.stated_arm.joints], identification.residuals
-    measured = np.array([residuals.rms("measured") for residuals in rows])
-    columns = [
-        *joint_columns(identification.stated_arm.joints),
-        Column("measured", "measured", measured, units),
-    ]
-    keys = {"file": identification.start}
-    columns += [
-        Column(keys.get(model, model), label, np.array([residuals.rms(model) for residuals in rows]), units)
-        for model, label in _models(identification).items()
-    ]
-    columns += [
-        Column(
-            "share", "of measured", [residuals.share("identified") for residuals in rows], shown="percent"
-        ),
-        ValueColumn("noise", identification.estimate.noise),
-        ValueColumn("correlated_rows", identification.estimate.correlated),
-    ]
-    note = "RMS of the measured torque, and of each model's residual."
-    return Table("joints", "Held-out torque, by joint", tuple(columns), note)
+    rows, models = identification.residuals, _models(identification)
+    residuals = {model: [of_joint.rms(model) for of_joint in rows] for model in ("measured", *models)}
+    seen = {f"model_{model}": residuals[model] for model in models}
+    values = joint_values(identification.stated_arm.joints)
+    values |= {identification.start if name == "file" else name: rms for name, rms in residuals.items()}
+    values |= {
+        "share": [of_joint.share("identified") for of_joint in rows],
+        "noise": identification.estimate.noise,
+        "correlated_rows": identification.estimate.correlated,
+    }
+    return declared_table(
+        "identified",
+        "joints",
+        "Held-out torque, by joint",
+        values,
+        ["joint", "measured", *seen, "share"],
+        note="RMS of the measured torque, and of each model's residual.",
+        seen=seen,
+        words={f"model_{model}": words for model, words in models.items()},
+    )
 
 
 def _friction_table(identification: Identification) -> Table:
-    columns = [*joint_columns(identification.stated_arm.joints)]
-    terms = {
-        "coulomb": ("Coulomb", "N m", "N"),
-        "viscous": ("viscous", "N m s", "N s/m"),
-        "offset": ("offset", "N m", "N"),
-        "drive_inertia": ("drive inertia", "kg m^2", "kg"),
-    }
-    numbers = np.column_stack([identification.friction, identification.drive_inertia])
-    deviations = np.column_stack([identification.friction_error, identification.drive_error])
-    slides = not all(identification.stated_arm.is_revolute)
-    for (key, (label, turning, sliding)), values, errors in zip(
-        terms.items(), numbers.T, deviations.T, strict=True
-    ):
-        cells = [
+    arm = identification.stated_arm
+    terms = (*FRICTION_TERMS, "drive_inertia")
+    numbers = np.column_stack([identification.friction, identification.drive_inertia]).T
+    deviations = np.column_stack([identification.friction_error, identification.drive_error]).T
+    values, seen, words = joint_values(arm.joints), dict[str, Any](), dict[str, str]()
+    for name, of_joints, errors in zip(terms, numbers, deviations, strict=True):
+        values |= {name: of_joints, f"{name}_error": errors}
+        seen[name] = [
             with_error(float(value), float(error), 1) if np.isfinite(error) else "–"
-            for value, error in zip(values, errors, strict=True)
+            for value, error in zip(of_joints, errors, strict=True)
         ]
-        unit = f"{turning} ({sliding})" if slides else turning
-        columns += [ValueColumn(key, values), ValueColumn(f"{key}_error", errors)]
-        columns.append(ShownColumn(f"{label}, {unit}", cells, shown="text"))
+        sliding, *_, turning = SCHEMA_UNITS[declared("identified", name)[0].unit]
+        words[name] = turning if all(arm.is_revolute) else f"{turning} ({sliding})"
     note = (
         "With standard errors, by held-out residuals; –: not identifiable. Drive inertia is only partly "
         "separable from the links'."
     )
-    return Table("friction", "Friction and drives, at the joint", tuple(columns), note)
+    return declared_table(
+        "identified",
+        "friction",
+        "Friction and drives, at the joint",
+        values,
+        ["joint", *terms],
+        note=note,
+        seen=seen,
+        words=words,
+    )
 
 
 # Number of base parameters listed as changed most.
@@ -339,52 +337,50 @@ _MOST_CHANGED = 5
 
 def _changed_table(identification: Identification) -> Table:
     identifiable = [parameter for parameter in identification.parameters if parameter.identifiable]
-    order = sorted(
+    changed = sorted(
         identifiable, key=lambda parameter: -abs(parameter.value - parameter.file) / parameter.error
     )[:_MOST_CHANGED]
-    columns = (
-        Column("symbol", "parameter", [parameter.symbol for parameter in order], shown="text"),
-        ShownColumn(
-            "link",
-            [identification.stated_arm.links[parameter.link - 1].name for parameter in order],
-            shown="name",
-        ),
-        ShownColumn(
-            identification.start,
-            [f"{number(parameter.file)} {parameter.unit}" for parameter in order],
-            shown="text",
-        ),
-        ShownColumn(
-            "identified",
-            [f"{with_error(parameter.value, parameter.error, 1)} {parameter.unit}" for parameter in order],
-            shown="text",
-        ),
-        Column(
-            "change",
-            "change, standard errors",
-            [(parameter.value - parameter.file) / parameter.error for parameter in order],
-        ),
+    links = identification.stated_arm.links
+    seen = {
+        "link_name": [links[parameter.link - 1].name for parameter in changed],
+        "start_text": [f"{number(parameter.file)} {parameter.unit}" for parameter in changed],
+        "value_text": [
+            f"{with_error(parameter.value, parameter.error, 1)} {parameter.unit}" for parameter in changed
+        ],
+    }
+    values = {
+        "symbol": [parameter.symbol for parameter in changed],
+        "change": [(parameter.value - parameter.file) / parameter.error for parameter in changed],
+    }
+    return declared_table(
+        "identified_parameters",
+        "changed_most",
+        "What changed most",
+        values,
+        ["symbol", *seen, "change"],
+        seen=seen,
+        words={"start_text": identification.start},
     )
-    return Table("changed_most", "What changed most", columns)
 
 
 def _parameter_table(identification: Identification) -> Table:
-    rows = identification.parameters
-    columns = (
-        Column("symbol", "parameter", [parameter.symbol for parameter in rows], shown="text"),
-        ValueColumn("link", [parameter.link for parameter in rows]),
-        Column("unit", "unit", [parameter.unit for parameter in rows], shown="text"),
-        Column(identification.start, identification.start, [parameter.file for parameter in rows]),
-        Column("least_squares", "least squares", [parameter.least_squares for parameter in rows]),
-        Column("value", "identified", [parameter.value for parameter in rows]),
-        Column("error", "standard error", [parameter.error for parameter in rows]),
-        Column("identifiable", "identifiable", [parameter.identifiable for parameter in rows], shown="flag"),
-    )
+    rows, start = identification.parameters, identification.start
+    files = [parameter.file for parameter in rows]
     note = (
         "As defined by `gd-analyze equations ROBOT --parameters`. For a parameter that the logs do not tell "
         "the error is its plausible size; one below its standard error is not identifiable either."
     )
-    return Table("parameters", "Base parameters", columns, note)
+    names = ["least_squares", "value", "error", "identifiable"]
+    return declared_table(
+        "identified_parameters",
+        "parameters",
+        "Base parameters",
+        attributes_of(rows, "symbol", "link", "unit") | {start: files} | attributes_of(rows, *names),
+        ["symbol", "unit", "start", *names],
+        note=note,
+        seen={"start": files},
+        words={"start": start},
+    )
 
 
 def identified_torque_figure(identification: Identification) -> Figure:

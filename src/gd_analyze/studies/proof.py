@@ -22,23 +22,26 @@ from gd_analyze.motions.states import in_words
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.result import (
-    AnyColumn,
     AnyFact,
-    Column,
     Fact,
     Result,
     Shown,
     Table,
     Value,
-    ValueColumn,
-    joint_columns,
+    joint_values,
     value_text,
 )
+from gd_analyze.schema import declared_table
 from gd_analyze.simplification.accuracy import STATED, share_of
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import LARGEST, rounded_up, share_up
 
 _STATE = ("q", "qd", "qdd")
+# What people see of the errors by joint.
+_ERRORS = [
+    "joint", "largest_error", "worst_found", "certified", "certified_between_extremes", "allowed_error",
+    "certified_of_allowed",
+]  # fmt: skip
 
 
 def proof(
@@ -126,14 +129,13 @@ def proven_again(
     # The same sums, up to the rounding of another machine.
     holds = certificate.certified <= stated.certified * (1.0 + 1e-9)
     verdict = "holds" if holds.all() else f"does not hold at joint {1 + int(np.argmin(holds))}"
-    units = [joint.effort_unit for joint in joints]
-    columns = (
-        *joint_columns(joints),
-        Column("stated", "stated", stated.certified, units, "bound"),
-        Column("certified", "proven", certificate.certified, units, "bound"),
-        Column("worst_found", "found", certificate.worst_found, units),
-        Column("holds", "holds", holds.tolist()),
-    )
+    values = joint_values(joints) | {
+        "stated": stated.certified,
+        "certified": certificate.certified,
+        "worst_found": certificate.worst_found,
+        "holds": holds,
+    }
+    names = ["joint", "stated", "certified", "worst_found", "holds"]
     facts = (
         Value("arm", model.arm.name),
         Value("holds", bool(holds.all())),
@@ -141,7 +143,7 @@ def proven_again(
     )
     title = f"{model.arm.title or model.arm.name}: the model's certificate, proven again"
     subtitle = f"within {stated.where}"
-    parts = (Table("joints", "Torque error", columns),)
+    parts = (declared_table("proof", "joints", "Torque error", values, names),)
     result = Result(
         title=title, subtitle=subtitle, headline=f"The certificate {verdict}", facts=facts, parts=parts
     )
@@ -156,35 +158,36 @@ def _joints(
     sampled: str,
 ) -> Table:
     """Errors sampled, found and proven by joint; the largest torques found are in N m (N), shape (n,)."""
-    accuracy, joints, certified = model.accuracy, model.arm.joints, certificate.certified
-    units, allowed = [joint.effort_unit for joint in joints], accuracy.allowed
-    of_peak = share_of(certified, accuracy.errors.peak_torque)
+    accuracy, certified = model.accuracy, certificate.certified
     states = [dict(zip(_STATE, state, strict=True)) for state in zip(*certificate.worst_states, strict=True)]
-    between, note = [], "Found: largest error of a search over the box."
-    found: AnyColumn = Column("worst_found", "found", certificate.worst_found, units)
+    values = joint_values(model.arm.joints) | {
+        "largest_error": accuracy.errors.largest,
+        "worst_found": certificate.worst_found,
+        "certified": certified,
+        "allowed_error": accuracy.allowed,
+        "certified_of_allowed": share_of(certified, accuracy.allowed),
+        "within_allowed": certificate.within(accuracy.allowed),
+        "worst_state": states,
+        "largest_torque_found": largest,
+        "certified_share_of_largest_found": share_of(certified, largest),
+        "certified_share_of_peak_made_for": share_of(certified, accuracy.errors.peak_torque),
+        "ratio": certificate.ratio,
+    }
+    seen: dict[str, Any] = {"certified_between_extremes": None}
+    note = "Found: largest error of a search over the box."
     if extremes is not None:
-        found = ValueColumn("worst_found", certificate.worst_found)
-        between = [Column("certified_between_extremes", "extremes", extremes.certified, units, "bound")]
+        values["certified_between_extremes"] = extremes.certified
+        seen = {"worst_found": None}
         note = "Extremes: proven for all combinations of values between the motion's extremes."
-    return Table(
+    return declared_table(
+        "proof",
         "joints",
         "Torque error",
-        (
-            *joint_columns(joints),
-            Column("largest_error", sampled, accuracy.errors.largest, units),
-            found,
-            Column("certified", "proven", certified, units, "bound"),
-            *between,
-            Column("allowed_error", "allowed", allowed, units),
-            Column("certified_of_allowed", "of allowed", share_of(certified, allowed), shown="bound_percent"),
-            ValueColumn("within_allowed", certificate.within(allowed)),
-            ValueColumn("worst_state", states),
-            ValueColumn("largest_torque_found", largest),
-            ValueColumn("certified_share_of_largest_found", share_of(certified, largest)),
-            ValueColumn("certified_share_of_peak_made_for", of_peak),
-            ValueColumn("ratio", certificate.ratio),
-        ),
-        f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
+        values,
+        _ERRORS,
+        note=f"Sampled: at the states the model was fitted on. Proven: no state exceeds it. {note}",
+        seen=seen,
+        words={"largest_error": sampled},
     )
 
 

@@ -86,9 +86,9 @@ def symbolic_result(robot: str) -> Result:
         titles_by_entries.setdefault(tuple(entries.items()), []).append(METHODS[name].title)
     sections = []
     for (*labelled_entries, (_, is_text)), titles in titles_by_entries.items():
-        equations = Equations("", "", tuple(f"{label:3} = {entry}" for label, entry in labelled_entries))
+        equations = Equations(None, "", tuple(f"{label:3} = {entry}" for label, entry in labelled_entries))
         note = "As in FGL87." if is_text else "NOT as in FGL87."
-        sections.append(Section("", "; ".join(titles), (equations,), note=note))
+        sections.append(Section(None, "; ".join(titles), (equations,), note=note))
     facts = (Value("text", text.entries()), Value("methods", methods))
     subtitle = "in symbols, by every formulation"
     return Result("Two-link planar arm", subtitle, facts=facts, parts=tuple(sections))
