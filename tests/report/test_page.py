@@ -18,7 +18,6 @@ from gd_analyze.report.main_report import main_report, main_result
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table
-from gd_analyze.results.run_facts import is_unreadable
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
 from long_cases import long
@@ -145,7 +144,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_facts"):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
     findings = gd.analyze(two_link, swing)
-    assert is_unreadable(findings)
+    assert findings.is_unreadable
     assert "No readable model" in findings._repr_html_()
     assert findings.model.is_exact
     full = findings.model.operations_full.total
@@ -158,7 +157,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         assert ("`--budget 50%`" in terminal) == (why != "too many in all")
     if why != "too many in all":  # and the one named works
         wider = gd.analyze(two_link, swing, budget="50%")
-        assert not is_unreadable(wider)
+        assert not wider.is_unreadable
         assert wider.model.saves
     assert "dominant parts" in words
     assert pdf_of(main_report(findings)).startswith(b"%PDF-")

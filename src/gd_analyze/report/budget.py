@@ -13,7 +13,6 @@ import numpy as np
 
 from gd_analyze.formulas.formula import Formula, Power, Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.document import legend_of
@@ -61,9 +60,7 @@ class BudgetPath:
 
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position."""
-        model = findings.model
-        drives = model.arm.drive_inertia.tolist() if model.drives else ()
-        return element_formulas(model.form.printed(self.torques(findings, k)), drives)
+        return findings.model.by_element(self.torques(findings, k)).formulas
 
     def proofs(self, findings: Findings) -> list[str]:
         """What is known of each model near the motion."""

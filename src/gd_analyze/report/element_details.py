@@ -14,8 +14,6 @@ from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.structure import Cell, cells
 from gd_analyze.formulas.formula import Formula, Product
 from gd_analyze.formulas.languages import Plain
-from gd_analyze.formulas.writing import element_formulas
-from gd_analyze.harmonics.terms import Torques
 from gd_analyze.report.budget import summands
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import changes_text, element_rows
@@ -40,9 +38,9 @@ def element_details(findings: Findings) -> dict[str, dict[str, str]]:
     marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
     # An arm of too many terms has none that are ranked, and some levels have no terms.
-    exact = _by_element(findings, findings.ranked_terms) if findings.ranked_terms else None
-    model = findings.model
-    simplified = _by_element(findings, model.torques) if model.has_terms else None
+    model, ranked = findings.model, findings.ranked_terms
+    exact = dict(_plain(model.by_element(ranked).formulas)) if ranked else None
+    simplified = dict(_plain(model.equations.formulas)) if model.has_terms else None
     out = {}
     for element in elements(findings.arm.n_joints):
         label = element.label
@@ -83,14 +81,8 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
     return words
 
 
-def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
-    """Elements of torques in plain characters, the largest terms first."""
-    model = findings.model
-    drives = model.arm.drive_inertia.tolist() if model.drives else ()
-    return dict(_plain(element_formulas(model.form.printed(torques), drives)))
-
-
 def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
+    """Labels and right-hand sides of elements in plain characters, the largest terms first."""
     plain = Plain()
     for formula in formulas:
         terms = sorted(summands(formula), key=lambda summand: -abs(summand.weight))

@@ -29,7 +29,6 @@ from gd_analyze.result import (
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
-from gd_analyze.results.run_facts import is_unreadable
 from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
 from gd_analyze.schema import declared_columns
 from gd_analyze.simplification.element import kept_effects
@@ -54,7 +53,7 @@ _ENERGY = (
 
 def made_of(findings: Findings) -> str:
     """Kind of the model: "terms", "parts" of elements, or "exact" where no model can be read."""
-    if is_unreadable(findings):
+    if findings.is_unreadable:
         return "exact"
     return "terms" if findings.model.has_terms else "parts"
 

@@ -62,12 +62,18 @@ class Findings(Run):
         headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown_columns]
         rows = [list(row) for row in zip(*(cells for _, _, cells in shown_columns), strict=True)]
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
-        answer, stops = headline(self.model), self.tables.get("stops")
-        if stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position:
+        answer = headline(self.model)
+        if self.is_unreadable:
             budget, count = self.model.accuracy.budget, self.model.operations_full.in_words
             answer = f"No readable model keeps the budget of {budget}. Exact torque: {count}."
         note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
         return html_of(title, headings, rows, note)
+
+    @property
+    def is_unreadable(self) -> bool:
+        """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
+        stops = self.tables.get("stops")
+        return stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position
 
     @property
     def plot(self) -> Plots:

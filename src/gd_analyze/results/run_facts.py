@@ -117,7 +117,7 @@ def run_headline(findings: Findings) -> str:
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
-    if is_unreadable(findings):
+    if findings.is_unreadable:
         return f"{agreed}{_unreadable_headline(findings)}"
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
@@ -131,11 +131,6 @@ def run_headline(findings: Findings) -> str:
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
     return f"{agreed}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
-
-
-def is_unreadable(findings: Findings) -> bool:
-    """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
-    return "stops" in findings.tables and not any(row["own"] for row in stop_rows(findings))
 
 
 def _unreadable_headline(findings: Findings) -> str:
@@ -303,7 +298,7 @@ def _values(**values: Any) -> tuple[Value, ...]:
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
     # At level element the error is stated as the budget, which nobody asked for.
-    is_asked = findings.model.level is not ELEMENT or is_unreadable(findings)
+    is_asked = findings.model.level is not ELEMENT or findings.is_unreadable
     is_asked = is_asked and not _has_wider_stop(findings)
     model_notice = findings.model.notice if is_asked else ""
     stated = ""
