@@ -118,11 +118,10 @@ def declared(group: str, name: str) -> tuple[Declared, str]:
     declarations = COLUMNS[_ANY_GROUP] | GROUPS.get(group, {}) | COLUMNS.get(group, {})
     if name in declarations:
         return declarations[name], ""
-    return next(
-        (declaration, name.removeprefix(f"{stem}_"))
-        for stem, declaration in declarations.items()
-        if len(declaration.dims) == 2 and name.startswith(f"{stem}_")
-    )
+    for stem, declaration in declarations.items():
+        if len(declaration.dims) == 2 and name.startswith(f"{stem}_"):
+            return declaration, name.removeprefix(f"{stem}_")
+    raise LookupError(f"schema.csv declares no {name} in the group {group}")
 
 
 def declared_columns(

@@ -172,3 +172,8 @@ def test_a_heading_takes_a_word_or_the_label_of_a_second_dimension():
         "without R",
         "percent",
     )
+
+
+def test_a_column_that_nobody_declares_is_an_error():
+    with pytest.raises(LookupError, match="bogus in the group dominance"):
+        declared_columns("dominance", {"bogus": [1.0]}, ["bogus"])
