@@ -56,6 +56,10 @@ class Fact:
         text = value_text(self.value, self.unit, self.shown) if self.text is None else self.text
         return f"{text} ({self.note})" if self.note else text
 
+    def seen_if(self, is_seen: bool) -> Fact | Value:
+        """The fact, or what JSON alone has of it."""
+        return self if is_seen else Value(self.key, self.value)
+
 
 @dataclass(frozen=True)
 class Value:

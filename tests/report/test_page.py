@@ -73,6 +73,13 @@ def test_what_is_numbered_is_there_once(page: Page) -> None:
         assert len(found) >= sum(name.startswith(place) for name in page.identifiers) > 0
 
 
+def test_tables_of_one_name_have_numbers_and_places_of_their_own(measured_findings: Findings) -> None:
+    page = Page(page_of(main_report(measured_findings)))
+    found = [int(number) for number in re.findall(r"Table (\d+)\.", page.text)]
+    assert found == list(range(1, len(found) + 1))
+    assert len(set(page.identifiers)) == len(page.identifiers)
+
+
 def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page) -> None:
     path, table = BudgetPath.of(puma_findings), puma_findings.tables["budgets"]
     shown = page.data["budgets"]

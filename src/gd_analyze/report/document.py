@@ -72,7 +72,7 @@ class PartWriter:
 
     most_on_paper: int | None = None  # rows of a table; None for all that people see
     figures: dict[str, Figure] = field(default_factory=dict)
-    tables: dict[str, int] = field(default_factory=dict)  # numbers by key
+    tables: list[str] = field(default_factory=list)  # keys of those numbered
 
     def of(self, parts: Iterable[Part]) -> list[dict[str, Any]]:
         """Write what people see of parts; facts that follow each other are one part.
@@ -114,10 +114,14 @@ class PartWriter:
         n_rows = table.n_rows if table.top is None else min(table.top, table.n_rows)
         on_paper = n_rows if self.most_on_paper is None else min(n_rows, self.most_on_paper)
         more = f"{n_rows - on_paper} more rows stand in the page and in `--json`."
-        number = self.tables.setdefault(table.key, len(self.tables) + 1) if table.key is not None else None
+        number, key = None, table.key
+        if key is not None:
+            number = len(self.tables) + 1
+            key = f"{key}-{number}" if key in self.tables else key  # the place of one table on a page
+            self.tables.append(key)
         return {
             "kind": "table",
-            "key": table.key,
+            "key": key,
             "number": number,
             "title": table.title,
             "columns": [_column(*shown) for shown in table.shown()],

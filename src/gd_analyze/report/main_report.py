@@ -48,7 +48,7 @@ def structure(findings: Findings) -> tuple[Drawing, ...]:
 def errors_with_bars(findings: Findings) -> Iterator[Table]:
     """The errors of joints, where there are any or the budget can change."""
     if not findings.model.is_exact or BudgetPath.of(findings).moves:
-        yield run_facts.errors_table(findings, "errors")
+        yield run_facts.errors_table(findings)
 
 
 # Makes a part, several, or None.
@@ -57,7 +57,7 @@ Maker = Callable[..., Part | Iterable[Part] | None]
 TERMINAL: tuple[Maker, ...] = (
     run_facts.elements_by_verdict,
     model_sections.equations_by_element,
-    run_facts.stops,
+    run_facts.stop_facts,
     run_facts.errors_table,
     motion_result.measured_section,
     motion_result.motions_section,
@@ -68,7 +68,7 @@ TERMINAL: tuple[Maker, ...] = (
 JSON: tuple[Maker, ...] = (
     run_facts.elements_by_verdict,
     model_sections.equations_by_element,
-    run_facts.stops,
+    run_facts.stop_facts,
     run_facts.errors_table,
     run_facts.first_facts,
     run_facts.settings_values,
@@ -89,7 +89,7 @@ REPORT: dict[str, Maker] = {
     "structure": structure,
     "errors": errors_with_bars,
     "model": model_sections.model_equations,
-    "stops": run_facts.stops,
+    "stops": run_facts.stop_facts,
     "effects": sections.effect_drawings,
 }
 # Their appendices, by the name in the bar of the page.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -114,7 +113,7 @@ def savings_appendix(findings: Findings) -> Section:
     elif kind == "parts":
         parts += [_kept_matrix(findings), *_dropped(findings)]
     if kind != "parts" or not model.is_exact:
-        parts.append(operations_table("operations", model))
+        parts.append(operations_table(model))
     parts.append(_steps(model))
     note = (
         "Operations are counted in the program that computes only what the model needs: factored, common "
@@ -223,7 +222,7 @@ def tube_section(findings: Findings) -> Section:
 def beyond_appendix(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
     has_tube = findings.tables["tube"].tube_worst_found.notnull().any()
-    near = [replace(near_errors_table(findings), key="tube")] if has_tube else []
+    near = [near_errors_table(findings)] if has_tube else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
     parts: tuple[Part, ...] = (*near, ratios, far_errors_table(findings), payload_table(findings))
@@ -245,7 +244,7 @@ def by_hand_appendix(findings: Findings) -> Section | None:
     parts = (
         _kept_matrix(findings),
         equation_part("elements", "", elements.formulas, note=_PARTS),
-        operations_table("element_operations", elements),
+        operations_table(elements),
         *_dropped(findings),
         *_by_verdicts(findings),
     )

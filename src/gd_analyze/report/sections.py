@@ -85,7 +85,7 @@ def motion_appendix(findings: Findings) -> Section:
     """Motion, torque and error of every joint."""
     norms = findings.model.accuracy.norms
     note = f"Norm of the error over norm of the torque: {norms_text(norms)}." if norms else ""
-    torques = replace(errors_table(findings, "torques"), note=note)
+    torques = replace(errors_table(findings), note=note)
     path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
     sampled = "Torque and error of every joint, sampled at the set points."
     parts = (

@@ -57,7 +57,7 @@ class Findings(Run):
     def _repr_html_(self) -> str:
         """Operations and errors of the model, sampled and proven, for a notebook."""
         proven = np.asarray(self.tables["tube"].tube_certified.values)
-        table = joint_errors(self.model, proven, proof=self.proof)
+        table = joint_errors(self.model, proven, self.proof)
         shown_columns = [shown for shown in table.shown() if not shown[0].pages_only]
         headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown_columns]
         rows = [list(row) for row in zip(*(cells for _, _, cells in shown_columns), strict=True)]

@@ -218,7 +218,7 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
 
 def _elements_fact(key: str, label: str, names: Sequence[str]) -> Fact | Value:
     """Elements with a remark, for people only if there are any."""
-    return Fact(key, label, names, text=_named(names)) if names else Value(key, names)
+    return Fact(key, label, names, text=_named(names)).seen_if(bool(names))
 
 
 def _named(names: Sequence[str]) -> str:

@@ -92,13 +92,18 @@ def _used_words(row: Row, proof: str) -> str:
     return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
 
 
-def stops(findings: Findings) -> Iterator[AnyFact]:
+def stop_facts(findings: Findings) -> Iterator[AnyFact]:
     """The named budgets, a line each; JSON has their numbers."""
     rows = stop_rows(findings)
     for row in rows:
         yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
     if "stops" in findings.tables:
         yield Value("stops", rows_of(findings.tables["stops"], "stop"))
+
+
+def errors_table(findings: Findings) -> Table:
+    """The errors of the joints, sampled and near the motion."""
+    return joint_errors(findings.model, tube_bound(findings), findings.proof)
 
 
 def subtitle(findings: Findings) -> str:
@@ -162,11 +167,6 @@ def elements_by_verdict(findings: Findings) -> Section:
     return verdict_section(findings.dominance)
 
 
-def errors_table(findings: Findings, key: str = "joints") -> Table:
-    """The errors of the joints, sampled and near the motion."""
-    return joint_errors(findings.model, tube_bound(findings), key, findings.proof)
-
-
 def verdict_section(ranking: xr.Dataset) -> Section:
     """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque."""
     listed = verdict_lists(ranking)
@@ -179,13 +179,12 @@ def verdict_section(ranking: xr.Dataset) -> Section:
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
         symbols = [part_symbol(label) for label in labels]
-        seen = Fact(name, label, labels, text=text, note=note, drawn=symbols)
-        facts.append(seen if text else Value(name, labels))
+        facts.append(Fact(name, label, labels, text=text, note=note, drawn=symbols).seen_if(bool(text)))
     alone = listed.labels("drive")
     text = "; ".join(filter(None, [_drives_text(listed.drives, int(ranking.i.max())), _alone_text(alone)]))
     drives = [asdict(drive) for drive in listed.drives]
     facts.insert(-2, Value("drive", alone))
-    facts.insert(-2, Fact("drives", "Drives", drives, text=text) if text else Value("drives", drives))
+    facts.insert(-2, Fact("drives", "Drives", drives, text=text).seen_if(bool(text)))
     dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
     return Section("verdicts", "", (*facts, Value("negligible_dominance", dominances)))
 
@@ -209,27 +208,21 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     label = f"Torque error near the motion, {findings.proof}"
-    proven: Fact | Value
     if model.is_exact:
         proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
     elif bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
     else:
         proven = worst_error(model, bound).fact("proven_error", label, "at most")
-    if tried:
-        proven = Value(proven.key, proven.value)
     tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
     size, gamma = model.size, model.accuracy.gamma
     counted = f"{model.level.keeps.capitalize()} kept"
-    sampled: Fact | Value = worst.fact("sampled_error", "Torque error at the set points", "up to")
-    if model.is_exact:
-        sampled = Value(sampled.key, sampled.value)
     has_gamma = gamma is not None and not model.is_exact
     return (
         *((tried_error,) if tried else ()),
-        proven,
-        sampled,
+        proven.seen_if(not tried),
+        worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
         Fact(
             "kept_terms",
             "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,

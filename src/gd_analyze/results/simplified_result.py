@@ -119,9 +119,7 @@ def _model_parts(
         by_element = declared_table("by_verdicts", "by_element", title, values, ["program", *seen], seen=seen)
         return (
             Fact("kept", "Kept", kept_labels),
-            Fact("dropped", "Dropped", dropped_labels)
-            if dropped_labels
-            else Value("dropped", dropped_labels),
+            Fact("dropped", "Dropped", dropped_labels).seen_if(bool(dropped_labels)),
             by_element,
         )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
