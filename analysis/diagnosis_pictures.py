@@ -15,7 +15,7 @@ import numpy as np
 
 import gd_analyze as gd
 from gallery import BLANK
-from gd_analyze.diagnosis.hypothesis import inverse, signs, swapped
+from gd_analyze.diagnosis.hypothesis import signs, swapped
 from gd_analyze.figures.diagnosis import where_figure
 from gd_analyze.figures.svg import figure_svg
 from gd_analyze.files import write_text
@@ -44,7 +44,7 @@ SEED = 7
 def other_way(robot: Robot) -> Made:
     """Joint 3 counts the other way."""
     turned = signs(6, [2])
-    return log_of(robot, "", no_correction(robot).with_position(turned).with_torque(turned))
+    return log_of(robot, "", no_correction(robot).with_joints(turned))
 
 
 def another_unit(robot: Robot) -> Made:
@@ -66,7 +66,7 @@ def coupled(robot: Robot) -> Made:
     """Joint 3 measured against the base."""
     matrix = np.eye(6)
     matrix[2, 1] = -1.0
-    return log_of(robot, "", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T))
+    return log_of(robot, "", no_correction(robot).with_joints(matrix))
 
 
 def slow_time(robot: Robot) -> Made:

@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 
 import gd_analyze as gd
-from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnose
 from gd_analyze.diagnosis.hypothesis import Candidate
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.files import write_text
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -146,7 +146,7 @@ def score_without_fault(robot: Robot) -> float:
 
     log = robot.log(*robot.as_it_is)
     usable = np.ones(log.q.shape, dtype=bool)
-    problem = Problem(samples_of(robot.file, [log], [usable]), Correction.none(log.n_joints))
+    problem = Problem(samples_of(robot.file, [log], [usable]), Trial.none(log.n_joints))
     return problem.null.score
 
 

@@ -37,7 +37,7 @@ PUBLISHED = np.array(
 )
 # Fitted to the controller's own torques with the file's links, as their paper's drives are not published apart.
 DRIVES = np.array([6.3, 7.0, 6.3, 0.93, 0.64, 0.61])
-COLUMNS = "time,q1..q6,qd1..qd6,torque1..torque6" + ",-" * 12
+COLUMNS = ("time=#1", "q=#2..#7", "qd=#8..#13", "torque=#14..#19")
 HERE = Path(__file__).with_suffix(".md")
 Row = Iterable[object]
 
@@ -60,7 +60,7 @@ def published(found: Identification, arm: gd.types.RobotArm, motion: gd.Trajecto
 def held_out(folder: Path) -> Iterator[Row]:
     """Two exciting motions of a UR10e, each predicted from the other."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(COLUMNS, torque_constant=CURRENTS)
     names = ("ur-20_02_19_14harm50sec", "ur-20_02_12-40sec_12harm")
     logs = [gd.read_trajectory(folder / f"{name}.csv", arm, reading) for name in names]
     yield ("fitted on", "predicted", "RMS, N m, at joint", *range(1, 7))
@@ -82,7 +82,7 @@ def held_out(folder: Path) -> Iterator[Row]:
 def at_rest(folder: Path) -> Iterator[Row]:
     """Two recordings in which the arm stands still: gravity alone, within what friction may hold."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(COLUMNS, torque_constant=CURRENTS)
     fitted = gd.read_trajectory(folder / "ur-20_02_19_14harm50sec.csv", arm, reading)
     found = gd.identify(arm, fitted)
     yield ("recording", "N m, at joint", *range(1, 7))
@@ -104,7 +104,7 @@ def at_rest(folder: Path) -> Iterator[Row]:
 def payload(folder: Path) -> Iterator[Row]:
     """The unknown load of the same motion."""
     arm = gd.load_arm(str(folder / "ur10e.urdf"))
-    reading = gd.types.Reading.of(columns=COLUMNS, torque_constant=CURRENTS)
+    reading = gd.types.Reading.of(COLUMNS, torque_constant=CURRENTS)
     bare, loaded = (
         gd.read_trajectory(folder / f"ur-20_02_19_14harm50sec{load}.csv", arm, reading)
         for load in ("", "Load")

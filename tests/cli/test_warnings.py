@@ -42,7 +42,7 @@ def test_a_log_of_an_arm_that_stands_still_says_so(run, here, noise):
     q = [0.3, 0.2] + noise * np.random.default_rng(3).normal(size=(400, 2))
     np.savetxt(here / "m.csv", np.column_stack([np.arange(400) / 100, q]), delimiter=",")
     for verb in ("columns", "rank"):
-        result = run(f"{verb} two_link m.csv --columns time,q1,q2 --measured")
+        result = run(f"{verb} two_link m.csv --map time=#1 --map q=#2..#3")
         assert (result.code, "stands still" in result.err) == (0, True)
 
 
@@ -51,7 +51,7 @@ def test_the_unit_of_time_is_that_of_a_controllers_rate(run, here):
     time = np.arange(400) * 0.005
     table = np.column_stack([1e9 * time, 0.3 * np.sin(time), 0.2 * np.cos(time)])
     np.savetxt(here / "m.csv", table, delimiter=",", header="time,q1,q2", comments="")
-    assert "--time-unit ns" in run("columns two_link m.csv").err
+    assert "--map time=:ns" in run("columns two_link m.csv").err
 
 
 def test_drives_too_weak_for_the_arms_own_weight(run, here):

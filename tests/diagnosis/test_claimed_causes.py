@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import replace
 
 import numpy as np
@@ -82,7 +83,7 @@ def test_both_of_two_causes_are_named(robot, good, two_link, tmp_path):
     log = written(tmp_path, time, q - [0.0, 0.6], torque * [-1.0, 1.0])
     found = said(log)
     assert {row["name"] for row in found["causes"] if not row["rival"]} == {"torque sign", "zero of a joint"}
-    mended = said(log, *found["remedy"].split())
+    mended = said(log, *shlex.split(found["remedy"]))
     assert mended["cause"] is None
     # Smoothed again, with another draw of the samples.
     assert mended["remains_before"] < 1.5 * found["remains_after"] + 0.01
@@ -130,7 +131,7 @@ def test_every_remedy_of_causes_that_are_one_mends_the_log(good, tmp_path):
     remedies = [row["remedy"] for row in said(log)["causes"]]
     assert [remedy.split()[0] for remedy in remedies] == ["--offset", "--gravity"]
     for remedy in remedies:
-        assert said(log, *remedy.split())["cause"] is None
+        assert said(log, *shlex.split(remedy))["cause"] is None
 
 
 def test_a_factor_of_torques_or_of_masses(good, two_link):
@@ -148,9 +149,9 @@ def test_a_factor_of_torques_or_of_masses(good, two_link):
 
 def test_radians_that_were_read_as_degrees(good, tmp_path):
     log = written(tmp_path, *good)
-    found = said(log, "--degrees")
+    found = said(log, "--map", "q=:deg")
     assert found["cause"] == "unit of positions"
-    assert found["remedy"].startswith("leave out --degrees")
+    assert found["remedy"].startswith("--map q=:rad")
     assert said(log)["cause"] is None
 
 
@@ -162,7 +163,7 @@ def test_millimetres_of_a_slide(tmp_path):
     log = written(tmp_path, time, q * [1.0, 1.0, 1000.0, 1.0, 1.0, 1.0], torque)
     found = said(log, arm="stanford")
     assert found["cause"] == "unit of positions"
-    assert said(log, *found["remedy"].split(), arm="stanford")["cause"] is None
+    assert said(log, *shlex.split(found["remedy"]), arm="stanford")["cause"] is None
 
 
 @pytest.mark.parametrize("torques_alone", [True, False])
@@ -176,8 +177,9 @@ def test_motors_by_the_files_own_gears(good, tmp_path, two_link, torques_alone):
     assert found.cause is not None
     assert found.cause.name == "motor side"
     assert found.cause.numbers == 0
-    log = written(tmp_path, time, turned, torque / ratios)
-    mended = said(log, *found.cause.remedy.split())
+    log, arm = written(tmp_path, time, turned, torque / ratios), tmp_path / "geared.toml"
+    gd.save_arm(geared, arm)
+    mended = said(log, *shlex.split(found.cause.remedy.options), arm=str(arm))
     assert mended["cause"] is None
     assert mended["remains_before"] < 1.5 * found.after.remains + 0.01
 
@@ -191,7 +193,7 @@ def test_positions_beyond_reach_have_no_other_cause(good, two_link):
     )
     assert {cause.name for cause in found.causes} <= {"unit of positions", "motor side"}
     if not found.causes:
-        assert "--degrees" in answer(found)
+        assert "--map q=:deg" in answer(found)
 
 
 # Effects that a log does not show.

@@ -17,7 +17,6 @@ from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ceiling, compensated
 from gd_analyze.diagnosis.answer import answer
 from gd_analyze.diagnosis.causes import CLEAR_FALL, is_unexplained
-from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import (
     COM_ERROR,
     COM_ERROR_M,
@@ -29,8 +28,9 @@ from gd_analyze.diagnosis.equations import (
 from gd_analyze.diagnosis.fit import MOST_CHANGES, fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
 from gd_analyze.diagnosis.log_verdict import DISPUTED, SENTENCES, log_verdict
-from gd_analyze.diagnosis.remedies import map_of_joints, typed_together
+from gd_analyze.diagnosis.remedies import reordered
 from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, samples_of
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.errors import UsageError
 from long_cases import long
@@ -73,18 +73,19 @@ def spoilt(kind: str, time: np.ndarray, q: np.ndarray, torque: np.ndarray) -> Ar
         long("direction", "--position-sign"),
         long("scale", "--torque-constant"), long("coupled", "--couple"),
         ("zero", "--offset"), ("lag", "--lag"),
-        long("exchanged", "--map"), ("time", "--time-unit"),
-        ("degrees", "--degrees"), ("degrees of one", "--torque-constant"),
+        long("exchanged", "--map"), ("time", "--map"),
+        ("degrees", "--map"), ("degrees of one", "--torque-constant"),
         long("counts", "--torque-constant"),
     ],
 )  # fmt: skip
 def test_the_option_mends_the_log(kind, option, good, tmp_path):
     """What is said is typed, and then nothing needs an explanation."""
     log = written(tmp_path, *spoilt(kind, *good))
-    found = said(log, *(["--time-unit", "s"] if kind == "time" else []))
+    as_logged = {"time": ["--map", "time=:s"], "degrees": ["--map", "q=:rad"]}
+    found = said(log, *as_logged.get(kind, []))
     assert found["remedy"].startswith(option)
     assert found["remains_after"] < 0.5 * found["remains_before"]
-    mended = said(log, *found["remedy"].split())
+    mended = said(log, *shlex.split(found["remedy"]))
     assert mended["cause"] is None
     assert mended["remains_before"] < 0.5 * found["remains_before"]
     # Interpolated and smoothed again, with another draw of the samples.
@@ -100,7 +101,7 @@ def test_the_zero_of_a_slide(tmp_path):
     found = said(log, arm="stanford")
     assert found["remedy"].startswith("--offset 3=")
     assert found["remedy"].endswith("mm")
-    assert said(log, *found["remedy"].split(), arm="stanford")["cause"] is None
+    assert said(log, *shlex.split(found["remedy"]), arm="stanford")["cause"] is None
 
 
 @pytest.mark.slow
@@ -113,7 +114,7 @@ def test_joints_of_a_wrist_that_move_each_other(puma, tmp_path):
     log = written(tmp_path, time, q @ coupling.T, torque @ np.linalg.inv(coupling))
     found = said(log, arm="puma560")
     assert found["remedy"] == "--couple q5=q5-q4"
-    assert said(log, *found["remedy"].split(), arm="puma560")["cause"] is None
+    assert said(log, *shlex.split(found["remedy"]), arm="puma560")["cause"] is None
 
 
 @pytest.mark.slow
@@ -123,7 +124,7 @@ def test_velocity_columns_tell_the_unit_of_time(robot, good, tmp_path):
     found = said(written(tmp_path, 2.5 * time, q, torque, robot.states.qd))
     assert found["cause"] == "unit of time"
     assert "velocity columns" in found["ranking"][0]["what"]
-    mended = said(written(tmp_path, 2.5 * time, q, torque, robot.states.qd), *found["remedy"].split())
+    mended = said(written(tmp_path, 2.5 * time, q, torque, robot.states.qd), *shlex.split(found["remedy"]))
     assert mended["cause"] is None
     right = said(written(tmp_path, time, q, torque, robot.states.qd))
     assert "unit of time" not in {row["name"] for row in right["ranking"]}
@@ -162,7 +163,7 @@ def test_a_hand_of_the_file_that_the_robot_lacks(tmp_path):
     found = gd.diagnose(arm, log)
     assert found.cause is not None
     assert found.cause.name == "payload"
-    assert "hand" in found.cause.remedy.split()
+    assert "hand" in str(found.cause.remedy).split()
     assert gd.diagnose(bare, log).causes == ()
 
 
@@ -272,7 +273,7 @@ def test_another_mounting(robot, two_link):
         named = [one for one in (*found.causes, *found.rivals) if one.name == "gravity"]
         assert len(named) == 1
         assert np.allclose(named[0].correction.gravity, wanted)
-        assert named[0].remedy.startswith("--gravity")
+        assert named[0].remedy.options.startswith("--gravity")
 
 
 def test_a_load_put_on(robot, two_link):
@@ -337,7 +338,7 @@ def test_without_torques_or_masses_it_is_refused(two_link, swing):
 def problem_of(robot: Robot, arrays: Arrays) -> Problem:
     log = log_of(*arrays)
     samples = samples_of(robot.file, [log], [np.ones(log.q.shape, dtype=bool)])
-    return Problem(samples, Correction.none(2))
+    return Problem(samples, Trial.none(2))
 
 
 def test_columns_times_the_files_numbers_are_its_torque(robot, good):
@@ -411,10 +412,10 @@ def test_torque_constants_are_told_with_errors_and_their_digits(two_link, seed):
     assert (np.abs(values - constants) < 3.0 * errors).all()
     # Links off by up to 25 % leave no less than some percent.
     assert (errors > 0.01 * values).all()
-    option = cause.remedy.split()[1].split(",")
-    assert [float(word) for word in option] == values.tolist()
-    # Two digits of the error, and the value to these.
-    for word, error in zip(option, errors, strict=True):
+    # The option has their digits, and no more: two of the error, and the value to these.
+    assert [float(word) for word in cause.remedy.options.split()[1].split(",")] == values.tolist()
+    told = re.findall(r"([\d.]+) ± ", cause.what)
+    for word, error in zip(told, errors, strict=True):
         assert len(word.partition(".")[2]) == max(0, 1 - int(np.floor(np.log10(error))))
 
 
@@ -433,7 +434,7 @@ def test_a_payload_is_told_with_errors(puma, seed):
     )
     (value,), (error,) = told_numbers(cause.what)
     assert abs(value - mass) < 3.0 * error < value
-    assert float(cause.remedy.split()[1].split(",")[0]) == value
+    assert float(cause.remedy.options.split()[1].split(",")[0]) == value
 
 
 # Maps, small zeros, friction alone and a gain that drifts.
@@ -458,11 +459,8 @@ def test_maps_of_two_causes_give_every_joint_one_column(problem_of_columns, firs
     """Typed together, they take the columns that both orders, one after the other, take."""
     first, second = list(map(int, first)), list(map(int, second))
     problem, roles = problem_of_columns, ("q", "torque")
-    exchanged = np.eye(6)[first]
-    correction = problem.correction.with_position(exchanged).with_torque(exchanged)
-    corrected = Problem(problem.samples, correction)
-    typed = typed_together([map_of_joints(problem, first), map_of_joints(corrected, second)])
-    words = [word for word in shlex.split(typed) if word != "--map"]
+    both = [reordered(problem.samples, matrix, matrix) for matrix in (np.eye(6)[first], np.eye(6)[second])]
+    words = [word for word in shlex.split(both[0].then(both[1]).options) if word != "--map"]
     maps = [re.fullmatch(r"(\w+):(.+)=[a-z]+(\d)", word).groups() for word in words]
     assert len({(role, joint) for role, joint, _ in maps}) == len(maps)
     names = [joint.name for joint in problem.arm.joints]
@@ -470,13 +468,6 @@ def test_maps_of_two_causes_give_every_joint_one_column(problem_of_columns, firs
     columns |= {(role, name): int(column) - 1 for role, name, column in maps}
     expected = {(role, name): first[second[i]] for role in roles for i, name in enumerate(names)}
     assert columns == expected
-
-
-def test_a_later_map_is_typed_in_place_of_an_earlier_one():
-    assert typed_together(["--map q:1=a --lag 4ms", "--map q:1=b --lag 4ms"]) == (
-        "--map q:1=b --lag 4ms --lag 4ms"
-    )
-    assert typed_together(["--lag 4ms", "split the log"]) == "--lag 4ms; split the log"
 
 
 @pytest.mark.slow
@@ -515,7 +506,7 @@ def test_a_small_zero_of_a_slide_is_seen(length):
     robot = replace(Robot.of(file, 5), arm=file)
     torque = robot.noisy(robot.torque())
     found = gd.diagnose(file, log_of(robot.time, robot.states.q - length * (np.arange(6) == 2), torque))
-    rows = [cause for cause in found.ranking if cause.remedy.startswith("--offset 3=")]
+    rows = [cause for cause in found.ranking if cause.remedy.options.startswith("--offset 3=")]
     assert any(abs(cause.correction.offset[2] - length) < 0.01 for cause in rows)
 
 

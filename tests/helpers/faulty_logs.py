@@ -9,8 +9,8 @@ import numpy as np
 
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.hypothesis import Candidate, inverse, signs, swapped
+from gd_analyze.diagnosis.hypothesis import Candidate, signs, swapped
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.base_parameters import parameters_of
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.states import States
@@ -148,11 +148,11 @@ class Robot:
 # A fault: how it changes a log, the name of the cause, and whether an answer tells it.
 Told = Callable[[Candidate], bool]
 # With the correction that is the truth, None where a correction does not say it.
-Made = tuple[Trajectory, RobotArm, str, Told, Correction | None]
+Made = tuple[Trajectory, RobotArm, str, Told, Trial | None]
 Fault = Callable[[Robot], Made | None]
 
 
-def _same(truth: Correction) -> Told:
+def _same(truth: Trial) -> Told:
     def told(found: Candidate) -> bool:
         own = found.correction
         if not (np.allclose(own.position, truth.position)):
@@ -168,7 +168,7 @@ def _same(truth: Correction) -> Told:
     return told
 
 
-def log_of(robot: Robot, name: str, truth: Correction) -> Made:
+def log_of(robot: Robot, name: str, truth: Trial) -> Made:
     """A log that a correction would mend."""
     time_, q, torque = robot.as_it_is
     q = (q - truth.offset) @ np.linalg.inv(truth.position).T
@@ -176,8 +176,8 @@ def log_of(robot: Robot, name: str, truth: Correction) -> Made:
     return robot.log(time_ / truth.pace, q, torque), robot.file, name, _same(truth), truth
 
 
-def no_correction(robot: Robot) -> Correction:
-    return Correction.none(robot.file.n_joints)
+def no_correction(robot: Robot) -> Trial:
+    return Trial.none(robot.file.n_joints)
 
 
 def _joint(robot: Robot) -> int:
@@ -203,9 +203,7 @@ def one_reversed(robot: Robot) -> Made:
 def other_way(robot: Robot) -> Made:
     """A joint that counts the other way."""
     turned = signs(robot.file.n_joints, [_joint(robot)])
-    return log_of(
-        robot, "direction of a joint", no_correction(robot).with_position(turned).with_torque(turned)
-    )
+    return log_of(robot, "direction of a joint", no_correction(robot).with_joints(turned))
 
 
 def another_unit(robot: Robot) -> Made:
@@ -242,7 +240,7 @@ def joints_exchanged(robot: Robot) -> Made | None:
     n, turns = robot.file.n_joints, np.flatnonzero(robot.file.is_revolute)
     i, j = robot.rng.choice(turns, 2, replace=False)
     order = swapped(n, int(i), int(j))
-    return log_of(robot, "order of joints", no_correction(robot).with_position(order).with_torque(order))
+    return log_of(robot, "order of joints", no_correction(robot).with_joints(order))
 
 
 def zero_of_quarter(robot: Robot) -> Made:
@@ -327,9 +325,7 @@ def coupled(robot: Robot) -> Made | None:
         return None
     i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
     matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
-    return log_of(
-        robot, "coupled joints", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T)
-    )
+    return log_of(robot, "coupled joints", no_correction(robot).with_joints(matrix))
 
 
 def late(robot: Robot) -> Made:
@@ -368,9 +364,7 @@ def wrist_coupled(robot: Robot) -> Made | None:
         return None
     i, matrix = int(robot.rng.choice(pairs)), np.eye(robot.file.n_joints)
     matrix[i + 1, i] = robot.rng.choice([-1.0, 1.0])
-    return log_of(
-        robot, "coupled joints", no_correction(robot).with_position(matrix).with_torque(inverse(matrix).T)
-    )
+    return log_of(robot, "coupled joints", no_correction(robot).with_joints(matrix))
 
 
 def zero_of_slide(robot: Robot) -> Made | None:
@@ -393,7 +387,7 @@ def hand_left_out(robot: Robot) -> Made:
     file = replace(file, links=(*file.links[:-1], replace(file.links[-1], bare=None)))
     numbers = parameters_of(file)[-1] - parameters_of(robot.file)[-1]
     truth = replace(no_correction(robot), taken_off=numbers)
-    return robot.log(*robot.as_it_is), file, "payload", lambda found: "hand" in found.remedy, truth
+    return robot.log(*robot.as_it_is), file, "payload", lambda found: "hand" in str(found.remedy), truth
 
 
 FAULTS: dict[str, Fault] = {

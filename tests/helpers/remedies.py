@@ -14,8 +14,8 @@ from gd_analyze.cli.log_options import log_options, reading_asked
 from gd_analyze.types import Reading
 
 # Words that stand for something which only the user knows, and a value of each.
-PLACEHOLDERS = {"HZ": "100", "COLUMN": "#1", "NAME": "other", "JOINT": "1", "LIST": "1", "SECONDS": "9"}
-_FLAGS = ("--measured", "--planned", "--degrees", "--drop-rows")
+PLACEHOLDERS = {"RATEHz": "100Hz", "COLUMN": "#1", "NAME": "other", "JOINT": "1", "LIST": "1", "SECONDS": "9"}
+_FLAGS = ("--measured", "--planned", "--drop-rows")
 
 
 def remedies(message: str) -> Iterator[tuple[list[str], bool]]:

@@ -105,5 +105,5 @@ def test_a_matrix_without_names_is_converted_by_the_command_that_is_printed(tmp_
     with pytest.raises(TrajectoryError) as caught:
         read_log("a.npy", ARM)
     exec(caught.value.details["next"].split('"')[1])
-    logged = read_log("log.csv", ARM, Reading.of(columns="time,q1..q6"))
+    logged = read_log("log.csv", ARM, Reading.of(["time=#1", "q=#2..#7"]))
     np.testing.assert_allclose(logged.q, Q, rtol=1e-15)

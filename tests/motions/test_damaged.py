@@ -18,7 +18,6 @@ TIME = np.linspace(0.0, 1.0, 60)
 SLOPES = np.column_stack([np.cos(TIME + joint) for joint in range(6)])
 # With gravity, and so not the derivative of anything.
 TORQUES = 20.0 * np.cos(SHAPES) - 3.0 * SHAPES
-UNNAMED = "-,-,-,-,-,-"
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mcap", ".yaml"])
@@ -46,25 +45,31 @@ def test_lists_in_a_parquet_column_are_a_column_each(tmp_path, puma):
 
 
 @pytest.mark.parametrize(
-    ("columns", "named"),
+    ("columns", "proposed"),
     [
-        (SHAPES, "--columns q1..q6 --rate HZ --measured"),
-        (np.column_stack([TIME, SHAPES]), "--columns time,q1..q6 --measured"),
-        (np.column_stack([SHAPES, SLOPES]), "--columns q1..q6,qd1..qd6 --rate HZ --measured"),
-        (np.column_stack([TIME, SHAPES, SLOPES, TIME]), "--columns time,q1..q6,qd1..qd6,- --measured"),
-        (np.column_stack([TIME, SHAPES, SLOPES, -SHAPES]), "--columns time,q1..q6,qd1..qd6,qdd1..qdd6"),
+        (SHAPES, "--map time=RATEHz --map 'q=#1..#6'"),
+        (np.column_stack([TIME, SHAPES]), "--map 'time=#1' --map 'q=#2..#7'"),
+        (np.column_stack([SHAPES, SLOPES]), "--map time=RATEHz --map 'q=#1..#6' --map 'qd=#7..#12'"),
+        (
+            np.column_stack([TIME, SHAPES, SLOPES, TIME]),
+            "--map 'time=#1' --map 'q=#2..#7' --map 'qd=#8..#13'",
+        ),
+        (np.column_stack([TIME, SHAPES, SLOPES, -SHAPES]), "--map 'qd=#8..#13' --map 'qdd=#14..#19'"),
         (
             np.column_stack([TIME, SHAPES, SLOPES, TORQUES]),
-            f"--columns time,q1..q6,qd1..qd6,{UNNAMED} --measured; torque1..torque6 in place of -",
+            "'qd=#8..#13', and torque=#14..#19 where",
         ),
-        (np.column_stack([TIME, SHAPES, TORQUES]), f"--columns time,q1..q6,{UNNAMED} --measured; torque1"),
-        (np.column_stack([SHAPES, SLOPES, TORQUES]), f"--columns q1..q6,qd1..qd6,{UNNAMED} --rate HZ"),
+        (np.column_stack([TIME, SHAPES, TORQUES]), "'q=#2..#7', and torque=#8..#13 where"),
+        (
+            np.column_stack([SHAPES, SLOPES, TORQUES]),
+            "'qd=#7..#12', and torque=#13..#18 where",
+        ),
     ],
 )
-def test_what_is_proposed_for_a_file_without_a_header_is_what_its_numbers_are(puma, refused, columns, named):
+def test_what_is_proposed_without_a_header_is_what_the_numbers_are(puma, refused, columns, proposed):
     """Torques and currents are no accelerations, which would make a plan of a recording."""
     text = "\n".join(",".join(map(repr, row)) for row in columns.tolist())
-    refused(f"name them: {named}", text, puma)
+    refused(proposed, text, puma)
 
 
 def test_a_column_per_joint_in_one_word(tmp_path, puma):

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.words import known_joints, meaning_of
+from gd_analyze.motions.names import JointNames, column_name
 from log_arms import UR, arm_of, log_of
 
 # Names by role and kind; the last digit is the joint's number.
 NUMBERED = {
-    ("q", "plain"): "q1, state.q[0], points[0].positions[1], Position1, pos_joint1, joint_3, theta_4, A6, "
+    ("q", ""): "q1, state.q[0], points[0].positions[1], Position1, pos_joint1, joint_3, theta_4, A6, "
     "Joint 2 [deg], fer_joint2_pos, joint_a1, E1",
-    ("qd", "plain"): "qd1_deg, state.dq[6], field.velocity3, joint_1_vel, q_dot_2 (rad/s)",
-    ("torque", "plain"): "state.tau_J[2], TorqueCur3",
+    ("qd", ""): "qd1_deg, state.dq[6], field.velocity3, joint_1_vel, q_dot_2 (rad/s)",
+    ("torque", ""): "state.tau_J[2], TorqueCur3",
     ("q", "measured"): "actual_q_0, AXIS_ACT_A5",
     ("qd", "measured"): "actual_qd_5, /controller/state/actual/velocities[2]",
     ("q", "target"): "state.q_d[0], /controller/state/desired/positions[2], PositionCmptd7, qdes1",
@@ -24,7 +24,7 @@ NUMBERED = {
     ("qdd", "target"): "target_qdd_3, state.ddq_d[0], AccCmptd2",
     ("torque", "target"): "target_moment_0, state.tau_J_d[2]",
 }
-LABELS = {"E1": ("e",), "fer_joint2_pos": ("fer",), "joint_a1": ("a",), "TorqueCur3": ("cur",)}
+LABELS = {"E1": ("e",), "fer_joint2_pos": ("fer",), "joint_a1": ("a",)}
 UNITS = {"qd1_deg": "deg", "Joint 2 [deg]": "deg", "q_dot_2 (rad/s)": "rad/s"}
 # Role, number of the arm's joint or label of others.
 NAMED_JOINTS = {
@@ -43,29 +43,29 @@ TIMES = {
 }
 # Of nothing that is wanted.
 OTHERS = (
-    "Zeit actual_current_0 actual_TCP_pose_0 actual_TCP_speed_2 joint_temperatures_3 speed_scaling Temp1 "
-    "Cur1 state.tau_ext_hat_filtered[0] state.dtau_J[0] state.O_T_EE[3] state.joint_contact[1] "
+    "actual_TCP_pose_0 actual_TCP_speed_2 joint_temperatures_3 speed_scaling Temp1 "
+    "state.tau_ext_hat_filtered[0] state.dtau_J[0] state.O_T_EE[3] state.joint_contact[1] "
     "header.frame_id points[1].positions[0] /controller/state/error/positions[0] torque_limit_1 "
     "elbow_joint_enabled"
 )
 
 
 def test_what_names_say():
-    known = known_joints(UR)
+    known = JointNames.of(UR)
     for role_and_kind, names in NUMBERED.items():
         for name in names.split(", "):
-            meaning = meaning_of(name, known)
+            meaning = column_name(name, known)
             assert (meaning.role, meaning.kind) == role_and_kind, name
             number = int([sign for sign in name if sign.isdigit()][-1])
             assert (meaning.number, meaning.joint) == (number, None), name
             assert (meaning.label, meaning.unit) == (LABELS.get(name, ()), UNITS.get(name, "")), name
     for name, (role, joint, label) in NAMED_JOINTS.items():
-        meaning = meaning_of(name, known)
+        meaning = column_name(name, known)
         assert (meaning.role, meaning.joint, meaning.label, meaning.number) == (role, joint, label, None), (
             name
         )
     for name in [*TIMES, *OTHERS.split(), ""]:
-        meaning = meaning_of(name, known)
+        meaning = column_name(name, known)
         assert (meaning.role, meaning.unit) == TIMES.get(name, ("other", "")), name
 
 
@@ -100,15 +100,12 @@ def test_other_names_that_count_are_matched_by_number_and_said_so(read, warned):
         logged = read(log_of("fer_joint2_pos fer_joint1_pos fer_joint3_pos"), arm_of(*PANDA))
     np.testing.assert_array_equal(logged.q[0], [1, 0, 2])
     (text,) = texts
-    assert all(f"fer_joint{k} is panda_joint{k}" in text for k in (1, 3))
-    assert "--map joint:panda_joint1=fer_joint1" in text
+    assert all(f"fer_joint{k}_pos is panda_joint{k}" in text for k in (1, 3))
+    assert "--map 'q=fer_joint*_pos'" in text
 
 
 def test_as_the_user_says(read, warned):
-    mapping = [
-        f"joint:{joint}={column}"
-        for joint, column in zip(UR[:3], ("arm_a2", "arm_a3", "arm_a1"), strict=True)
-    ]
+    mapping = ["joints=arm_a2,arm_a3,arm_a1"]
     with warned() as texts:
         logged = read(log_of("arm_a1 arm_a2 arm_a3"), arm_of(*UR[:3]), map=mapping)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 0])
@@ -128,7 +125,7 @@ def test_what_is_set_beside_log_of(read):
     np.testing.assert_array_equal(logged.q[0], [1, 2])
     assert logged.qd is None  # of another topic
     text = "time,q1,q2,torque_sensor1,torque_sensor2\n0,1,2,3,4\n1,1,2,3,4\n"
-    np.testing.assert_array_equal(read(text, arm_of(*UR[:2]), rate=1.0).torque[0], [3, 4])
+    np.testing.assert_array_equal(read(text, arm_of(*UR[:2]), map=["time=1Hz"]).torque[0], [3, 4])
     for word in ("model", "ff", "gravity", "residual"):  # worked out, no reading
         assert read(f"time,q1,tau_{word}_1\n0,1,2\n0.1,1,2\n", arm_of("hip")).torque is None
 
@@ -162,11 +159,22 @@ TWO_TORQUES = "time,q1,tau_a_1,tau_b_1\n0,1,2,3\n0.1,1,2,3\n"
 CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "names that disagree": (log_of("joint_a1 joint_a2 joint_a3"), UR[:3], {}, "found: joint_a1, joint_a2"),
     "a joint too few": (log_of("q1 q2"), UR[:3], {}, "--map 'q:elbow_joint=COLUMN'"),
-    "two topics": (log_of(TWO_TOPICS), UR[:2], {}, "--family left or --family right"),
-    "two torques": (TWO_TORQUES, ["joint1"], {}, "--family torque=a or --family torque=b"),
+    "two topics": (
+        log_of(TWO_TOPICS),
+        UR[:2],
+        {},
+        "--map 'q=/left/joint_states/*/position' or --map 'q=/right/joint_states/*/position'",
+    ),
+    "two torques": (TWO_TORQUES, ["joint1"], {}, "--map 'torque=tau_a_*' or --map 'torque=tau_b_*'"),
     "a name twice": (TWICE, UR[:2], {}, "line 1, column 4"),
-    "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map 'q:shoulder_pan_joint=COLUMN'"),
-    "no such family": (log_of("actual_q_0 target_q_0"), ["hip"], {"family": "planned"}, "--family"),
+    "nothing known": ("time,alpha,beta\n0,1,2\n", UR[:2], {}, "--map q=alpha,beta"),
+    "no such pattern": (
+        log_of("actual_q_0 target_q_0"),
+        ["hip"],
+        {"map": ["q=planned_*"]},
+        "no column 'planned_*'",
+    ),
+    "a joint's name too few": (log_of("a b"), UR[:2], {"map": ["joints=a"]}, "joints: 1 names"),
     "no such column": (log_of("Position1"), ["hip"], {"map": ["time=Postion1"]}, "--map; "),
     "a column for two joints": (
         log_of("a b"),
@@ -178,10 +186,15 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "time for a joint": (log_of("q1"), ["hip"], {"map": ["q:hip=time"]}, "time and q hip"),
     "a column of two": ("time,a,a\n0,1,2\n1,1,2\n", ["hip"], {"map": ["q:hip=a"]}, "#2"),
     "no such joint": (log_of("q1"), ["hip"], {"map": ["q:hipp=q1"]}, "did you mean hip?"),
-    "no such role": (log_of("q1"), ["hip"], {"map": ["speed:hip=q1"]}, "qd:JOINT"),
+    "no such role": (log_of("q1"), ["hip"], {"map": ["speed:hip=q1"]}, "with :JOINT"),
     "some joints only": (log_of("q1 q2 a"), UR[:2], {"map": ["qd:1=a"]}, "--map 'qd:shoulder_lift_joint="),
     "degrees of a joint that slides": (log_of("q1_deg q2"), ["slide", "turn"], {}, "line 1, column 2"),
-    "names given to a header": (log_of("q1"), ["hip"], {"columns": "time,q7"}, "--columns"),
+    "a list that is too short": (
+        log_of("q1 q2 a"),
+        UR[:2],
+        {"map": ["q=q1"]},
+        "q is given for some joints only",
+    ),
     "a long line": ("time,q_0\n0,1\n1,2,3\n2\n", ["hip"], {}, "line 3, column 3"),
     "a short line of blanks": ("time q_0\n0 1\n1\n", ["hip"], {}, "line 3, column 2"),
     "names that change": ("1,2,,a,b,1,2\n1,3,,a,b,1,2\n1,4,,b,a,1,2\n", ["a", "b"], {}, "line 3, column 4"),
@@ -197,8 +210,10 @@ def test_refusals(case, refused):
 
 
 def test_what_the_messages_advise_settles_it(read):
-    np.testing.assert_array_equal(read(log_of(TWO_TOPICS), arm_of(*UR[:2]), family="right").q[0], [2, 3])
-    np.testing.assert_array_equal(read(TWO_TORQUES, arm_of("joint1"), family="torque=b").torque[0], [3])
+    np.testing.assert_array_equal(
+        read(log_of(TWO_TOPICS), arm_of(*UR[:2]), map=["q=/right/joint_states/*/position"]).q[0], [2, 3]
+    )
+    np.testing.assert_array_equal(read(TWO_TORQUES, arm_of("joint1"), map=["torque=tau_b_*"]).torque[0], [3])
     logged = read(TWICE, arm_of(*UR[:2]), map=["q:shoulder_lift_joint=#4"])
     np.testing.assert_array_equal(logged.q[0], [0, 2])
 
@@ -224,7 +239,7 @@ def test_a_rail_below_numbered_joints_takes_none_of_their_numbers(names, arm, or
     with warned() as texts:
         logged = read(log_of(names), arm_of(*arm, kinds=kinds))
     np.testing.assert_array_equal(logged.q[0], order)
-    assert any("E1" in text and "--map joint:rail" in text for text in texts) == ("E1" in names)
+    assert any("E1" in text and "--map q:rail=" in text for text in texts) == ("E1" in names)
 
 
 def test_a_rail_that_the_log_lacks_is_missed_and_no_joint_is_moved_to_it(refused):
@@ -251,15 +266,13 @@ def test_a_unit_that_contradicts_the_kind_of_its_joint_is_refused(role, column, 
 def test_the_printed_names_of_joints_are_those_of_the_columns(refused):
     """Words of the kind stand among those of the joint; the names are typed by `refused`."""
     strangers = "left_ACT_hip_joint left_ACT_knee_joint left_ACT_foot_joint"
-    advice = "--map joint:shoulder_pan_joint=left_hip_joint --map joint:shoulder_lift_joint=left_knee_joint"
+    advice = "--map joints=left_hip,left_knee,left_foot"
     refused(advice, log_of(strangers), arm_of(*UR[:3]))
 
 
-@pytest.mark.parametrize("header", ["time,q1,q2,q3\n", ""])
-def test_numbers_of_set_points_are_those_of_the_chain_and_a_notice_says_where_that_is_odd(read, header):
+def test_numbers_of_set_points_are_those_of_the_chain_and_a_notice_says_where_that_is_odd(read):
     arm = arm_of("joint_1", "joint_3", "joint_2")
-    text = header + "0,1,2,3\n0.1,1,2,3\n"
-    how = {} if header else {"columns": "time,q1,q2,q3"}
+    text = "time,q1,q2,q3\n0,1,2,3\n0.1,1,2,3\n"
     with pytest.warns(GdAnalyzeWarning, match="q2 is used for joint_3, joint 2 of the chain"):
-        logged = read(text, arm, **how)
+        logged = read(text, arm)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 3])

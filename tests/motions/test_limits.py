@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.types import Reading
+from remedies import remedies, typed
 
 
 def motion(q: list[list[float]], **others: object) -> gd.Trajectory:
@@ -20,7 +19,7 @@ def motion(q: list[list[float]], **others: object) -> gd.Trajectory:
 
 
 FAST = np.array([[0.0, 0.0], [-3.3, 4.0]])
-SUSPECTS = ("joint 1 (waist)", "joint 2 (shoulder)", "joint 6 (flange)", "190 rad", "q1_deg")
+SUSPECTS = ("joint 1 (waist)", "joint 2 (shoulder)", "joint 6 (flange)", "190 rad", "--map q=:deg")
 CASES: dict[str, tuple[str, gd.Trajectory, list[tuple[str, ...]]]] = {
     "positions past both ends": (
         "two_link",
@@ -75,11 +74,14 @@ def table(header: str, rows: list[str]) -> str:
 
 
 def test_the_remedy_for_degrees_reads_the_motion(puma, tmp_path, warned):
-    """Where only q is in degrees, --degrees would spoil qd; where all are, it is the one that works."""
+    """Where only q is in degrees, and where all are."""
     sound = gd.read_trajectory("pick-and-place", puma)
     gd.write_trajectory(sound, tmp_path / "sound.csv")
     header = (tmp_path / "sound.csv").read_text().splitlines()[0]
-    for factor, advised in ((1.0, "without --degrees"), (math.degrees(1.0), "give --degrees")):
+    for factor, advised in (
+        (1.0, "says that they are: --map q=:deg"),
+        (math.degrees(1.0), "if they are: --map q=:deg --map qd=:deg --map qdd=:deg"),
+    ):
         q, others = np.degrees(sound.q), factor * np.hstack([sound.qd, sound.qdd])
         rows = np.column_stack([sound.time, q, others])
         cells = [",".join(map(repr, row)) for row in rows.tolist()]
@@ -87,11 +89,11 @@ def test_the_remedy_for_degrees_reads_the_motion(puma, tmp_path, warned):
         path.write_text("\n".join([header, *cells]))
         with warned() as texts:
             gd.read_trajectory(path, puma)
-        assert advised in next(text for text in texts if "looks like degrees" in text)
-        if factor == 1.0:
-            path.write_text("\n".join([re.sub(r"\bq(\d)", r"q\1_deg", header), *cells]))
+        text = next(text for text in texts if "looks like degrees" in text)
+        assert text.endswith(advised)
+        ((words, _),) = remedies(text)
         with warned() as texts:
-            read = gd.read_trajectory(path, puma, Reading(degrees=factor != 1.0))
+            read = gd.read_trajectory(path, puma, typed(words))
         assert texts == []
         # Degrees and back: two roundings.
         np.testing.assert_allclose(read.qdd, sound.qdd, rtol=1e-15, atol=1e-15)
@@ -109,7 +111,7 @@ FILES: dict[str, tuple[str, list[tuple[str, ...]]]] = {
     "degrees at rest": (table("time,q1_deg,q2_deg", [f"{k},0,1" for k in range(7)]), []),
     "milliseconds": (
         table("time,q1,q2", [row.replace(",", "0,", 1) for row in CREEPING]),
-        [("read as seconds", "--time-unit ms")],
+        [("read as seconds", "--map time=:ms")],
     ),
     "seconds": (table("time,q1,q2", [f"{k / 100}{r[r.index(',') :]}" for k, r in enumerate(CREEPING)]), []),
     "at rest": (table("time,q1,q2", [f"{10 * k},0.1,{1e-3 * k / 300}" for k in range(300)]), []),

@@ -77,11 +77,11 @@ def test_what_the_user_says_of_a_file_of_set_points(log, two_link):
     instants = np.arange(200) * 0.01
     q = np.column_stack([0.5 * np.sin(2 * instants), 0.4 * np.cos(3 * instants)])
     path = log(as_csv(FULL[:3], np.column_stack([1000 * instants, q])))
-    plan = gd.read_trajectory(path, two_link, gd.types.Reading(time_unit="ms"))
+    plan = gd.read_trajectory(path, two_link, gd.types.Reading.of("time=:ms"))
     np.testing.assert_allclose(plan.time, instants, rtol=1e-15)
     np.testing.assert_array_equal(plan.q, q)
     assert gd.read_trajectory(
-        path, two_link, gd.types.Reading(time_unit="ms", measured=True)
+        path, two_link, gd.types.Reading.of("time=:ms", measured=True)
     ).recording.measured
     path = log(as_csv(["t", "target_q_0", "target_q_1"], TABLE[:, :3]))  # a plan in a log
     motion = gd.read_trajectory(path, two_link)

@@ -165,18 +165,18 @@ def test_positions_in_units_that_are_not_known_are_none(unit, read, refused, war
 
 def test_as_said(read):
     rail = arm_of("turn", "slide", kinds=["revolute", "prismatic"])
-    logged = read("time,q0,q1,tau0,tau1\n0,90,0.25,3,4\n0.1,180,0.5,5,6\n", rail, degrees=True)
+    logged = read("time,q0,q1,tau0,tau1\n0,90,0.25,3,4\n0.1,180,0.5,5,6\n", rail, map=["q=:deg"])
     np.testing.assert_allclose(logged.q, [[np.pi / 2, 0.25], [np.pi, 0.5]], rtol=1e-15)
     np.testing.assert_array_equal(logged.torque, [[3, 4], [5, 6]])
     assert [use.unit for use in logged.columns] == ["s", "deg", "m", "N m", "N"]
     body = "0,7,1,2\n0.1,7,3,4\n"  # without names
-    logged = read(body, TWO, columns="time,-,q1..q2")
+    logged = read(body, TWO, map=["time=#1", "q=#3..#4"])
     np.testing.assert_array_equal(logged.q, [[1, 2], [3, 4]])
-    assert not logged.measured  # the names are those of set points
-    assert read(body, TWO, columns="time,-,position0..position1").measured
+    assert logged.measured
     text = "time,q_a_1,q_a_2,q_b_1,q_b_2\n0,1,2,3,4\n0.1,1,2,3,5\n"
-    reading = {"columns": "time,q_b_1,q_b_2", "map": ["joint:joint1=b_1", "joint:joint2=b_2"]}
-    np.testing.assert_array_equal(read(text, arm_of("joint1", "joint2"), **reading).q, [[3, 4], [3, 5]])
+    for asked in ("q=q_b_*", "q=q_b_1,q_b_2", "q=q_b_1..q_b_2", "q=#4..#5"):
+        logged = read(text, arm_of("joint1", "joint2"), map=[asked])
+        np.testing.assert_array_equal(logged.q, [[3, 4], [3, 5]])
 
 
 def test_joint_states_of_plotjuggler(read):
@@ -227,7 +227,7 @@ def test_rtde_takes_what_was_measured(read):
     kinds = "actual_q target_q actual_qd target_qd target_qdd actual_current target_moment"
     names = [f"{kind}_{joint}" for kind in kinds.split() for joint in (0, 1)]
     text = log_of(" ".join(names) + " actual_TCP_pose_0 speed_scaling runtime_state", "timestamp")
-    measured, planned = read(text, TWO), read(text, TWO, family="target")
+    measured, planned = read(text, TWO), read(text, TWO, map=["q=target_q_*"])
     np.testing.assert_array_equal([measured.q[0], measured.qd[0]], [[0, 1], [4, 5]])
     assert (measured.qdd, measured.torque, measured.measured) == (None, None, True)
     np.testing.assert_array_equal(
@@ -251,7 +251,7 @@ def test_families_of_zeros_are_left_out(read, warned):
     header = ",".join(["Time", *(f"{name}{j}" for name in names.split() for j in (1, 2))])
     line = "1,2,3,4,0,0,0,0,9,10,11,12,0,0"
     with warned() as texts:
-        logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), rate=1000.0)
+        logged = read(f"{header}\n0,{line}\n1,{line}\n", arm_of("joint_1", "joint_2"), map=["time=:1000Hz"])
     (text,) = texts
     assert all(fact in text for fact in ("Torque1, TorqueSm1 ...", "0 throughout", "from TorqueCur1"))
     np.testing.assert_array_equal(logged.torque[0], [9, 10])

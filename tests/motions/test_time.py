@@ -54,15 +54,19 @@ TWO_TIMES = "time,timestamp,q_0\n0,0,1\n0.1,0.2,2\n"
     ("content", "asked", "time"),
     [
         ("sec,nanosec,q_0\n1700000000,999999999,1\n1700000001,7,2\n", {}, [0, 8e-9]),
-        (table("time", [5, 6, 8]), {"time_unit": "ms"}, [0, 0.001, 0.003]),
-        (table("time", [5, 6, 8]), {"rate": 1000.0}, [0, 0.001, 0.003]),
-        ("q_0\n1\n2\n3\n", {"rate": 4.0}, [0, 0.25, 0.5]),
-        ("time,q_0\n9,1\n7,2\n", {"rate": 4.0, "map": ["time=none"]}, [0, 0.25]),
-        ("sample,q_0\n3,1\n4,2\n8,3\n", {"rate": 4.0}, [0, 0.25, 1.25]),  # what is missing stays missing
+        (table("time", [5, 6, 8]), {"map": ["time=:ms"]}, [0, 0.001, 0.003]),
+        (table("time", [5, 6, 8]), {"map": ["time=:1000Hz"]}, [0, 0.001, 0.003]),
+        ("q_0\n1\n2\n3\n", {"map": ["time=4Hz"]}, [0, 0.25, 0.5]),
+        ("time,q_0\n9,1\n7,2\n", {"map": ["time=4Hz"]}, [0, 0.25]),
+        (
+            "sample,q_0\n3,1\n4,2\n8,3\n",
+            {"map": ["time=sample:4Hz"]},
+            [0, 0.25, 1.25],
+        ),  # what is missing stays missing
         (STANDING, {}, [0, 0.5, 1.0, 1.5]),  # a stamp that stands is no time
         (table("time", [0, 0.5, 0.5, 0.25]), {}, [0, 0.5, 0.5, 0.25]),  # it may repeat and fall here
         (SET_POINTS, {}, [0, 10, 20]),
-        (SET_POINTS, {"measured": True, "time_unit": "ms"}, [0, 0.01, 0.02]),
+        (SET_POINTS, {"measured": True, "map": ["time=:ms"]}, [0, 0.01, 0.02]),
         (TWO_TIMES, {"map": ["time=timestamp"]}, [0, 0.2]),
     ],
 )
@@ -74,38 +78,59 @@ def test_instants(content, asked, time, read):
 CASES: dict[str, tuple[str, dict[str, object], str]] = {
     "steps of 1": (table("Time", [0, 1, 2]), {}, "line 1, column 1"),
     "steps that may be anything": (table("time", [0, 500, 1000]), {}, "steps of 500"),
-    "steps of 8": (table("time", [12, 20, 28]), {}, "--time-unit ms"),
-    "steps of 8.25": (table("time", [0.0, 8.25, 16.5]), {}, "--time-unit ms"),
-    "steps of 2000": (table("time", [0, 2000, 4000]), {}, "--time-unit us"),
-    "steps of 8 million": (table("time", [0, 8000000, 16000000]), {}, "--time-unit ns"),
+    "steps of 8": (table("time", [12, 20, 28]), {}, "--map time=time:ms"),
+    "steps of 8.25": (table("time", [0.0, 8.25, 16.5]), {}, "--map time=time:ms"),
+    "steps of 2000": (table("time", [0, 2000, 4000]), {}, "--map time=time:us"),
+    "steps of 8 million": (table("time", [0, 8000000, 16000000]), {}, "--map time=time:ns"),
     # Uptimes of minutes to days whose size is that of a date in a unit a thousand times larger.
-    "50 minutes of uptime in us": (table("stamp", [3e9 + 1000 * k for k in range(9)]), {}, "--time-unit us"),
-    "20 days of uptime in ms": (table("time", [1.7e9 + 8 * k for k in range(9)]), {}, "--time-unit ms"),
+    "50 minutes of uptime in us": (
+        table("stamp", [3e9 + 1000 * k for k in range(9)]),
+        {},
+        "--map time=stamp:us",
+    ),
+    "20 days of uptime in ms": (table("time", [1.7e9 + 8 * k for k in range(9)]), {}, "--map time=time:ms"),
     "14 days of uptime in ms, with fractions": (
         table("time", [1.2e9 + 8.1 * k for k in range(9)]),
         {},
-        "unit ms",
+        "time=time:ms",
     ),
-    "10 days of uptime in us": (table("time", [864e9 + 2000 * k for k in range(9)]), {}, "--time-unit us"),
-    "10 days of uptime in ns": (table("time", [864e12 + 1e6 * k for k in range(9)]), {}, "--time-unit ns"),
-    "a date of whole seconds": (table("time", [1.7e9 + k for k in range(9)]), {}, "--time-unit s"),
-    "steps of an hour in ns": (table("time", [0, 36e11, 72e11]), {}, "--time-unit s"),
-    "set points read as a log": (SET_POINTS, {"measured": True}, "--time-unit ms"),
-    "a rate for milliseconds": (table("time_ms", [0, 10, 20]), {"rate": 100.0}, "omit --rate"),
-    "a rate for a pair": ("sec,nanosec,q_0\n1,0,1\n1,8,2\n", {"rate": 100.0}, "found: time in s"),
+    "10 days of uptime in us": (
+        table("time", [864e9 + 2000 * k for k in range(9)]),
+        {},
+        "--map time=time:us",
+    ),
+    "10 days of uptime in ns": (
+        table("time", [864e12 + 1e6 * k for k in range(9)]),
+        {},
+        "--map time=time:ns",
+    ),
+    "a date of whole seconds": (table("time", [1.7e9 + k for k in range(9)]), {}, "--map time=time:s"),
+    "steps of an hour in ns": (table("time", [0, 36e11, 72e11]), {}, "--map time=time:s"),
+    "set points read as a log": (SET_POINTS, {"measured": True}, "--map time=time:ms"),
+    "a rate for milliseconds": (
+        table("time_ms", [0, 10, 20]),
+        {"map": ["time=time_ms:100Hz"]},
+        "count the rows",
+    ),
+    "a rate for a pair": ("sec,nanosec,q_0\n1,0,1\n1,8,2\n", {"map": ["time=sec:100Hz"]}, "found: time in s"),
     "a unit that is none": (table("time [ticks]", [0, 0.1]), {}, "no column is recognized as time"),
     "a date of two meanings": (table("time", ["03/04/2025 10:00:00"]), {}, "found: '03/04/2025 10:00:00'"),
     "no time": ("q_0,temp\n1,2\n2,3\n", {}, "--map time=COLUMN"),
     "two times": (TWO_TIMES, {}, "--map time=time or --map time=timestamp"),
     "a rate for instants since 1970": (
         table("time", [1.7e12, 1.7e12 + 8]),
-        {"rate": 125.0},
+        {"map": ["time=time:125Hz"]},
         "found: time in ms",
     ),
     "an epoch of six digits": (table("time", ["1.7e+09"] * 9), {}, "found: 1700000000"),
-    "a unit for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"time_unit": "ms"}, "omit --time-unit"),
-    "a rate for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"rate": 9.0}, "omit --rate"),
-    "both": (table("time", [0, 1]), {"time_unit": "s", "rate": 5.0}, "5 Hz and s"),
+    "a unit for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"map": ["time=:ms"]}, "omit --map time"),
+    "a rate for dates": (
+        table("time", ["2025-03-04T10:00:00Z"]),
+        {"map": ["time=time:9Hz"]},
+        "count the rows",
+    ),
+    "a unit that no time has": (table("time", [0, 1]), {"map": ["time=:deg"]}, "'deg' is no unit of time"),
+    "a rate of no motion": (table("time", [0, 1]), {"map": ["time=0.001Hz"]}, "give 1000Hz"),
     "empty": ("time,q_0\n,1\n,2\n", {}, "empty cells"),
 }
 
@@ -123,7 +148,7 @@ def test_whole_numbers_are_dates_only_with_steps_of_a_log(step, start, unit):
     path.write_text(table("time", [first + k * step for k in range(9)]))
     with pytest.raises(TrajectoryError) as caught:
         read_log(path, ONE)
-    assert "--time-unit" in caught.value.details["next"]
+    assert "--map time=time:" in caught.value.details["next"]
 
 
 @pytest.mark.parametrize(

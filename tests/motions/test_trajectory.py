@@ -179,10 +179,10 @@ def swing(time: np.ndarray) -> list[np.ndarray]:
 
 SQ, SQD, SQDD = swing(T)
 SLIPS: dict[str, tuple[dict[str, object], str]] = {
-    "time in ms": ({"time": T * 1e3}, "give --time-unit ms"),
-    "time in us": ({"time": T * 1e6}, "give --time-unit us"),
-    "velocities in degrees": ({"qd": np.degrees(SQD), "qdd": np.degrees(SQDD)}, "qd1_deg"),
-    "angles in degrees": ({"q": np.degrees(SQ)}, "q1_deg"),
+    "time in ms": ({"time": T * 1e3}, "give --map time=:ms"),
+    "time in us": ({"time": T * 1e6}, "give --map time=:us"),
+    "velocities in degrees": ({"qd": np.degrees(SQD), "qdd": np.degrees(SQDD)}, "--map qd=:deg"),
+    "angles in degrees": ({"q": np.degrees(SQ)}, "--map q=:deg"),
     "no velocities": ({"qd": 0 * SQD}, "qd of joints 1 and 2 is 0 throughout"),
     "no accelerations": ({"qdd": 0 * SQDD}, "qdd of joints 1 and 2 is 0 throughout"),
     "other sign": ({"qd": -SQD}, "with the other sign"),

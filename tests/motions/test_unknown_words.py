@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from gd_analyze import read_log, read_trajectory
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.words import meaning_of
+from gd_analyze.motions.names import JointNames, column_name
 from log_arms import UR, arm_of, log_of
 from remedies import remedies, typed
 
@@ -46,7 +46,7 @@ def test_an_unknown_word_beside_a_joint_is_no_position(tmp_path_factory, word, p
     """Alone it is refused, and what the refusal prints reads it; beside positions it is left out."""
     arm, path = arm_of(*ARMS[kind]), tmp_path_factory.mktemp("unknown") / "log.csv"
     names = [place.format(word=word, k=k + 1, name=name) for k, name in enumerate(ARMS[kind])]
-    if any(meaning_of(name, {}).role not in ("other",) for name in names if "/" not in name):
+    if any(column_name(name, JointNames({})).role != "other" for name in names if "/" not in name):
         return  # a word that is known, such as "pos"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
@@ -59,7 +59,7 @@ def test_an_unknown_word_beside_a_joint_is_no_position(tmp_path_factory, word, p
             read_log(path, arm)
         options = [words for words, complete in remedies(caught.value.details["next"]) if complete]
         if not options:  # a quantity that is known, and is no position: temperature, current
-            assert not meaning_of(names[0], {}).unknown
+            assert not column_name(names[0], JointNames({})).is_unclear
             return
         (words,) = options
         assert len(words) == 2  # one option for all joints
@@ -100,7 +100,7 @@ def test_positions_and_set_points_of_a_telegram(read, warned):
     (text,) = texts
     assert "--map 'torque=MACur.A*'" in text
     with warned() as texts:
-        planned = read(log_with(names), arm_of(*KUKA), family="setpoint")
+        planned = read(log_with(names), arm_of(*KUKA), map=["q=ASPos.A*"])
         logged = read(log_with(names), arm_of(*KUKA), map=["torque=MACur.A*:A"], torque_constant="2,3,4")
     assert [use.column for use in planned.columns if use.role == "q"] == names[3:6]
     np.testing.assert_allclose(logged.torque[0], [2 * np.sin(0), 3 * (np.sin(1) + 1), 4 * (np.sin(2) + 2)])
@@ -170,7 +170,7 @@ def test_commands_of_demonstrations(read):
     assert [
         use.column for use in read(log_of(" ".join(names)), arm_of(*UR[:2])).columns if use.role == "q"
     ] == names[:2]
-    commanded = read(log_of(" ".join(names)), arm_of(*UR[:2]), family="action")
+    commanded = read(log_of(" ".join(names)), arm_of(*UR[:2]), map=["q=action.*.pos"])
     assert [use.column for use in commanded.columns if use.role == "q"] == names[2:]
     assert not commanded.measured
     topic = "/arm/follow/_action/feedback/actual/positions"
@@ -178,34 +178,27 @@ def test_commands_of_demonstrations(read):
 
 
 def test_one_angle_in_two_units(read, refused, warned):
-    """Degrees beside radians are the same angle, said once; other numbers are asked for."""
+    """Degrees beside radians of the same names are the same angle, said once; other names are asked for."""
     q = np.array([[0.1 * k, 1.0 - 0.1 * k] for k in range(10)])
-    header = "t,q0_deg,q1_deg,q0_rad,q1_rad"
-
-    def text(degrees):
-        table = np.column_stack([np.arange(10) * 0.1, degrees, q])
-        return "\n".join([header, *(",".join(f"{x:.8g}" for x in row) for row in table), ""])
-
-    with warned() as texts:
-        logged = read(text(np.degrees(q)), arm_of("hip", "knee"))
-    np.testing.assert_allclose(logged.q, q, rtol=1e-7, atol=1e-12)
-    (said,) = texts
-    assert "q0_deg" in said
-    assert "q0_rad" in said
-    refused("--family deg or --family rad", text(np.degrees(q) + 1.0), arm_of("hip", "knee"))
-    # Equal numbers are one angle only in one unit, and one quantity may have two names.
-    refused("--family", text(q).replace("q0_rad,q1_rad", "position_0,position_1"), arm_of("hip", "knee"))
-    with warned() as texts:
-        named = text(np.degrees(q)).replace("q0_rad,q1_rad", "position_0,position_1")
-        np.testing.assert_array_equal(read(named, arm_of("hip", "knee")).q, logged.q)
-    assert len(texts) == 1
-    commented = "# joint path\n# columns: " + text(np.degrees(q))
+    table = np.column_stack([np.arange(10) * 0.1, np.degrees(q), q])
+    rows = "\n".join([*(",".join(f"{x:.8g}" for x in row) for row in table), ""])
+    header = "t,q0_deg,q1_deg,q0_rad,q1_rad\n"
+    for text in (header + rows, "# joint path\n# columns: " + header + rows):
+        with warned() as texts:
+            logged = read(text, arm_of("hip", "knee"))
+        np.testing.assert_allclose(logged.q, q, rtol=1e-7, atol=1e-12)
+        (said,) = texts
+        assert "q0_deg" in said
+        assert "q0_rad" in said
     with warned():
-        np.testing.assert_array_equal(read(commented, arm_of("hip", "knee")).q, logged.q)
+        logged = read(header + rows, arm_of("hip", "knee"), map=["q=q*_deg"])
+    np.testing.assert_allclose(logged.q, q, rtol=1e-7, atol=1e-7)
+    named = header.replace("q0_rad,q1_rad", "position_0,position_1") + rows
+    refused("--map 'q=q*_deg' or --map 'q=position_*'", named, arm_of("hip", "knee"))
 
 
 def test_degrees_of_positions_alone_are_told_by_one_option(log, warned):
-    """Beside velocities in rad/s, where --degrees would change both; the option is typed as it is printed."""
+    """Beside velocities in rad/s, where the same option for both would be wrong; the option is typed as it is printed."""
     time = 0.004 * np.arange(1000)
     q = np.column_stack([0.8 * np.sin(2.0 * time + k) for k in range(2)])
     qd = np.column_stack([1.6 * np.cos(2.0 * time + k) for k in range(2)])

@@ -31,32 +31,12 @@ def _log_options(hidden: bool) -> Callable[[F], F]:
 
     return together(
         option(
-            "--columns",
-            "Log: names of its columns, such as time,q1..q6,-; or, if it has a header, those to use.",
-            metavar="LIST",
-        ),
-        option(
             "--map",
-            "Log: role of a column (time=Time, q:JOINT=Position3, torque:JOINT=#9, torque=none) or of one "
-            "per joint, where * stands for its name or number ('q=AIPos.A*', q=mp1..mp7), if need be with a "
-            "unit ('q=AIPos.A*:deg', time=Time:us); or a joint's name in the log (joint:elbow=joint_a3). May "
-            "be repeated.",
-            metavar="ROLE=COLUMN[:UNIT]",
-            multiple=True,
-        ),
-        option(
-            "--rate",
-            "Log: samples per second, if its time counts samples or is missing.",
-            metavar="HZ",
-            type=Amount("frequency"),
-        ),
-        option("--time-unit", "Log: unit of time.", type=click.Choice(["s", "ms", "us", "ns"])),
-        option("--degrees", "Log: angles are in degrees where columns name no unit.", is_flag=True),
-        option(
-            "--family",
-            "Log: of columns of the same quantity, take those with this word in their names (target, "
-            "actual); for one role: torque=cur. May be repeated.",
-            metavar="WORD",
+            "Log: what its columns are. A * stands for a joint's name or number: 'q=AIPos.A*:deg'; "
+            "q=mp1..mp7 and q=#2..#8 list names and numbers; q:elbow=Position3 is of one joint. "
+            "time=Stamp:us, time=250Hz (rows), time=Sample:250Hz. q=:deg, time=:ms: the unit of columns that "
+            "are recognized. joints=s,l,u,r,b,t: the log's names of the joints. qd=none. May be repeated.",
+            metavar="ROLE=COLUMNS[:UNIT]",
             multiple=True,
         ),
         option("--topic", "Bag: topic to read.", metavar="TOPIC"),

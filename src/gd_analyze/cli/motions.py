@@ -35,7 +35,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
     \b
     Examples:
       gd-analyze columns puma560 log.csv
-      gd-analyze columns my_robot.urdf log.csv --map q:elbow=Position3 --time-unit ms
+      gd-analyze columns my_robot.urdf log.csv --map 'q=Pos*:deg' --map time=:ms
     """
     with output.working() as progress:
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits

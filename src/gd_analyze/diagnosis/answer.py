@@ -12,7 +12,7 @@ from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
 from gd_analyze.diagnosis.of_positions import TimeUnit
-from gd_analyze.diagnosis.remedies import typed_together
+from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.text import named_joints, percent
 
 _BINS = 10  # bins of a quantity that a residual may follow
@@ -28,63 +28,58 @@ _POSSIBLE_FALL = 15.0  # fall of the score from which a cause is worth a look th
 _MENTIONED_FAULT_SHARE = 0.002
 
 _FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
-FOLLOWED = ("position", "velocity", "acceleration", "time")
+_FRICTION_ALONE = (
+    "Friction alone explains the torques as well: "
+    "there is too little motion to say anything, or they do not hold the arm's weight and inertia."
+)
+_FOLLOWED = ("position", "velocity", "acceleration", "time")
 
 
 def answer(diagnosis: Diagnosis) -> str:
     """What is wrong, with the residual before and after and what to do; or that nothing needs explaining."""
-    texts = [_of_causes(diagnosis)] if diagnosis.causes else []
+    n, causes, fit = diagnosis.arm.n_joints, diagnosis.causes, diagnosis.after
+    texts = []
+    doubtful = doubtful_positions(diagnosis.corrected)
+    if doubtful and is_unexplained(fit):
+        joints = named_joints([i + 1 for i in doubtful], n)
+        unit = f"say their unit first, such as {IN_DEGREES}"
+        texts.append(f"The positions at {joints} are beyond what such joints reach: {unit}.")
+    texts += [_of_causes(diagnosis)] if causes else []
     texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
     faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
-    is_explained = any(cause.name == TimeUnit.name for cause in diagnosis.causes)
+    is_explained = any(cause.name == TimeUnit.name for cause in causes)
     of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
     of_torques = [fault for fault in faults if fault.name != VELOCITIES]
-    texts += [
-        faults_in_words(group, diagnosis.arm.n_joints) for group in (of_torques, of_velocities) if group
-    ]
-    n, problem = diagnosis.arm.n_joints, diagnosis.problem
-    doubtful = doubtful_positions(diagnosis.corrected)
-    if doubtful and is_unexplained(diagnosis.after):
-        joints = named_joints([i + 1 for i in doubtful], n)
-        unit = "say their unit first, such as --degrees"
-        texts.insert(0, f"The positions at {joints} are beyond what such joints reach: {unit}.")
-    poor = [i for i in problem.moving if diagnosis.after.residuals[i] > MOST_RESIDUAL_SHARE]
-    if diagnosis.causes:
-        if poor:
-            texts.append(f"Several things may be wrong: {_of_poor(diagnosis, poor)}.")
-        return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
-    if not diagnosis.problem.moving:
-        return " ".join([*texts, "Nothing else can be said: no joint is left to compare."])
-    if not diagnosis.tells:
-        message = (
-            "Friction alone explains the torques as well: "
-            "there is too little motion to say anything, or they do not hold the arm's weight and inertia."
-        )
-        return " ".join([message, *texts])
-    if poor:
-        several = f"No cause found, several things may be wrong: {_of_poor(diagnosis, poor)}."
-        return " ".join([*texts, several, _FAR_OFF] if diagnosis.is_far_off else [*texts, several])
-    beginning = "Nothing else to explain" if faults else "Nothing to explain"
+    texts += [faults_in_words(group, n) for group in (of_torques, of_velocities) if group]
+    poor = [i for i in diagnosis.problem.moving if fit.residuals[i] > MOST_RESIDUAL_SHARE]
+    several = f"several things may be wrong: {_of_poor(diagnosis, poor)}." if poor else ""
+    if causes:
+        texts += [f"S{several[1:]}"] if poor else []
+    elif not diagnosis.problem.moving:
+        texts.append("Nothing else can be said: no joint is left to compare.")
+    elif not diagnosis.tells:
+        return " ".join([_FRICTION_ALONE, *texts])
+    elif poor:
+        texts.append(f"No cause found, {several}")
+    elif diagnosis.is_far_off:
+        texts.append(f"No cause found: {percent(fit.remains)} of the torque's RMS remains.")
+    else:
+        texts.append(_of_nothing(diagnosis, "Nothing else to explain" if faults else "Nothing to explain"))
+    return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
+
+
+def _of_nothing(diagnosis: Diagnosis, beginning: str) -> str:
+    """That file and friction fit, with masses off by some share."""
     remains = f"{percent(diagnosis.before.remains)} of the torque's RMS remains."
     torque_error = diagnosis.before.off
-    if diagnosis.is_far_off:
-        return " ".join([*texts, f"No cause found: {remains} {_FAR_OFF}"])
     if torque_error < _RIGHT_TORQUE_SHARE:
-        return " ".join([*texts, f"{beginning}: the file and friction fit, {remains}"])
-    texts.append(f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}")
+        return f"{beginning}: the file and friction fit, {remains}"
+    text = f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"
     best = diagnosis.ranking[0] if diagnosis.ranking else None
-    is_much = torque_error > MUCH_TORQUE_SHARE
-    if is_much and best is not None and best.fall > _POSSIBLE_FALL:
-        texts.append(f"That is much, so look whether {_begun(best.what)} ({best.remedy}).")
-    return " ".join(texts)
-
-
-def advice(causes: Sequence[Candidate]) -> str:
-    """What to do about causes, a sentence or two."""
-    options = typed_together([cause.remedy for cause in causes if cause.remedy.startswith("--")])
-    edits = [cause.remedy for cause in causes if not cause.remedy.startswith("--")]
-    return " ".join([f"Use {options}."] * bool(options) + [f"{edit[0].upper()}{edit[1:]}." for edit in edits])
+    if torque_error > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
+        text += f" That is much, so look whether {_begun(best.what)} ({best.remedy})."
+    return text
 
 
 def _of_causes(diagnosis: Diagnosis) -> str:
@@ -92,11 +87,10 @@ def _of_causes(diagnosis: Diagnosis) -> str:
     what = causes[0].what
     if len(causes) > 1:
         what = f"Two things are wrong: {_begun(what)}, and {_begun(causes[1].what)}"
-    remains = f"{_share_of_torque(diagnosis.after.remains)} of the torque's RMS remains"
-    text = f"{what}: {remains} instead of {_share_of_torque(diagnosis.before.remains)}. {advice(causes)}"
+    after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
+    text = f"{what}: {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
     unsure = [cause.unsure for cause in causes if cause.unsure]
-    text += "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
-    return text
+    return text + "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
 
 
 def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
@@ -160,7 +154,7 @@ def what_remains_follows(problem: Problem) -> list[str]:
             _share(x[is_measured], residual[is_measured])
             for x in (q[:, i], qd[:, i], qdd[:, i], problem.samples.time)
         ]
-        out.append(FOLLOWED[int(np.argmax(shares))] if max(shares) > _FOLLOWED_VARIANCE else "")
+        out.append(_FOLLOWED[int(np.argmax(shares))] if max(shares) > _FOLLOWED_VARIANCE else "")
     return out
 
 

@@ -6,7 +6,6 @@ which are then explained for the most part. Of a pair, each cause passes this be
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -94,14 +93,6 @@ MOST_RESIDUAL_SHARE = 0.15
 # Causes by score, and by remainder, that pairs begin with.
 _FIRST_CAUSES = 2
 
-# When options are applied to a log; those of the arm come last.
-_ORDER = (
-    ("--map", "--degrees", "--time-unit", "--rate"), ("--torque-constant",), ("--couple",),
-    ("--position-sign",), ("--torque-sign",), ("--offset",), ("--lag",),
-)  # fmt: skip
-_REPEATABLE = ("--offset", "--couple", "--map")
-_OPTION = re.compile(r"--[a-z-]+")
-
 
 def ranked(problem: Problem) -> list[Candidate]:
     """All causes: first the one to be claimed, if there is any, then the others by the fall of the score."""
@@ -180,7 +171,7 @@ def _pair(problem: Problem, ranking: Sequence[Candidate], single: Sequence[Candi
         for second in seconds[:1]:
             pair = [first, second]
             alone = [*single, *(cause for cause in ranking if cause.name == second.name)]
-            if not _fit_together(problem, first, second) or not _better(pair, alone, problem):
+            if not _fit_together(first, second) or not _better(pair, alone, problem):
                 continue
             if not best or _fall(pair) > _fall(best) + _EQUAL_SCORE:
                 best = pair
@@ -208,32 +199,17 @@ def _remains(cause: Candidate) -> float:
     return cause.fit.remains
 
 
-def _fit_together(problem: Problem, first: Candidate, second: Candidate) -> bool:
+def _fit_together(first: Candidate, second: Candidate) -> bool:
     """Whether the remedies of two causes, typed together, do what the two corrections do in this order."""
-    options, more = (set(_OPTION.findall(cause.remedy)) for cause in (first, second))
-    if (options & more) - set(_REPEATABLE) or not (options or more):
-        return False
-    if max(map(_place, options), default=len(_ORDER)) <= min(map(_place, more), default=len(_ORDER)):
-        return True
-    # Typed in the other order, they must do the same.
-    alone, both = first.correction, second.correction
-    before = problem.correction
-    moves, turns = (
-        both.position @ np.linalg.inv(alone.position),
-        alone.position @ np.linalg.inv(before.position),
+    both = first.remedy.then(second.remedy)
+    # What the first fits to states is not that of states which the second changes.
+    changes_states = (
+        not np.array_equal(second.correction.position, first.correction.position)
+        or not np.array_equal(second.correction.offset, first.correction.offset)
+        or second.correction.pace != first.correction.pace
     )
-    later, sooner = both.torque @ np.linalg.inv(alone.torque), alone.torque @ np.linalg.inv(before.torque)
-    changes_states = not np.array_equal(both.position, alone.position) or both.pace != alone.pace
-    return (
-        np.allclose(moves @ turns, turns @ moves)
-        and np.allclose(later @ sooner, sooner @ later)
-        and np.allclose(moves @ alone.offset, alone.offset)
-        and not (changes_states and (alone.added or alone.lag))
-    )
-
-
-def _place(option: str) -> int:
-    return next((k for k, options in enumerate(_ORDER) if option in options), len(_ORDER))
+    is_typed = bool(both.options) and both.is_typed and not {*first.remedy.arm} & {*second.remedy.arm}
+    return is_typed and not (changes_states and first.correction.added)
 
 
 def rivals_of(cause: Candidate, ranking: Sequence[Candidate], problem: Problem) -> tuple[Candidate, ...]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 
 from gd_analyze.arguments import strict
 from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, ranked, rivals_of
-from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
+from gd_analyze.diagnosis.remedies import Remedy, nothing
 from gd_analyze.diagnosis.samples import samples_of
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.limits import require_trajectory_joints
 from gd_analyze.motions.measured import require_torques, settled
@@ -83,6 +85,11 @@ class Diagnosis:
         return self.causes[0] if self.causes else None
 
     @property
+    def remedy(self) -> Remedy:
+        """What the causes ask for, together."""
+        return reduce(Remedy.then, (cause.remedy for cause in self.causes), nothing(self.problem.samples))
+
+    @property
     def is_far_off(self) -> bool:
         """Whether links must be off by more than a file's usually are, with the causes, too."""
         return self.after.changed > MOST_CHANGES
@@ -146,7 +153,7 @@ def diagnosed(
     faults = [fault for faults_of_log, _ in checked for fault in faults_of_log]
     motions = [motion for _, motion in checked]
     usable = [settled(motion)[:, None] for motion in motions]
-    problem = Problem(samples_of(arm, motions, usable), Correction.none(arm.n_joints))
+    problem = Problem(samples_of(arm, motions, usable), Trial.none(arm.n_joints))
     if not problem.samples.counts.any():
         if not any(fault.name != VELOCITIES for fault in faults):
             raise UsageError(

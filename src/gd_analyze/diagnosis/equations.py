@@ -13,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.samples import Samples
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
 from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.robots.arm import RobotArm
@@ -131,7 +131,7 @@ def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     return arm if gravity is None else replace(arm, gravity=gravity)
 
 
-def corrected_columns(samples: Samples, correction: Correction) -> tuple[FloatArray, Array, int]:
+def corrected_columns(samples: Samples, correction: Trial) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, _ = correction.states(samples)
@@ -149,13 +149,13 @@ def corrected_columns(samples: Samples, correction: Correction) -> tuple[FloatAr
     driven = correction if np.isfinite(correction.pace) else replace(correction, pace=1.0)
     _, speed, acceleration, direction = driven.states(samples)
     joint_columns = own_columns(acceleration.T, direction.T, speed.T)
-    torque = np.broadcast_to(correction.torques(samples), (n, *samples.torque.shape))
+    torque = np.broadcast_to(correction.steady(samples.torque), (n, *samples.torque.shape))
     columns = np.concatenate([links, *added, joint_columns, file[:, :, None], torque], axis=2)
     shared = links.shape[2] + sum(block.shape[2] for block in added)
     return columns, correction.counts(samples, direction), shared
 
 
-def equations_of(samples: Samples, correction: Correction) -> TorqueSums:
+def equations_of(samples: Samples, correction: Trial) -> TorqueSums:
     """Equations of the corrected samples."""
     columns, counts, shared = corrected_columns(samples, correction)
     sums = []

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, runs
+from gd_analyze.diagnosis.remedies import another_column, leaving_out
 from gd_analyze.motions.log import Log
 from gd_analyze.motions.measured import directions
 from gd_analyze.motions.smoothing import Recording
@@ -94,7 +95,9 @@ def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Traject
     blurred = [np.convolve(rows, near, mode="same") > 0.5 for rows in faulty.astype(float).T]
     repeats = _repeats(log, recording)
     if repeats.any():
-        faults.append(_repeated(repeats, int(np.abs(log.qd).max(axis=0).argmax())))
+        joint, share = int(np.abs(log.qd).max(axis=0).argmax()), float(repeats.mean())
+        what = f"{percent(share)} of the rows repeat the row before, though the arm moves"
+        faults.append(Fault("repeated rows", joint, what, "log each message once", share))
     faults += _of_velocities(log)
     torque, filtered = (
         None if values is None else np.where(rows | repeats[:, None], np.nan, values)
@@ -154,20 +157,33 @@ def _repeats(log: Trajectory, recording: Recording) -> Array:
 
 def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> Iterator[tuple[Fault, Array]]:
     """Faults of a joint's torque, and the readings of each, (N,)."""
+    column = f"torque of joint {joint + 1}"
     values = torque[moves & np.isfinite(torque)]
     if not len(values) or np.ptp(values) <= _CONSTANT_SHARE * np.abs(values).max(initial=0.0):
-        yield _dead(values, joint), np.ones(len(torque), dtype=bool)
+        what = f"The {column} is {'constant' if values.any() else '0'} while it moves"
+        remedy = f"name another column with {another_column('torque', joint)}"
+        yield Fault("dead column", joint, what, remedy, 1.0), np.ones(len(torque), dtype=bool)
         return
     at_end = _at_clipped_end(torque, moves)
     clipped = at_end & (_runs(torque) >= _SHORTEST_CLIPPED_RUN) & moves
-    if clipped.sum() > _CLIPPED_SHARE * moves.sum():
-        yield _clipped(torque, clipped, float(clipped.sum() / moves.sum()), joint), at_end
+    share = float(clipped.sum() / moves.sum())
+    if share > _CLIPPED_SHARE:
+        ends = [end for end in (np.nanmin(torque), np.nanmax(torque)) if end in torque[clipped]]
+        what = (
+            f"The {column} is clipped at {', '.join(map(number, ends))} in {percent(share)} of its readings"
+        )
+        remedy = "record with a wider range, or more slowly, if the rest is too little"
+        yield Fault("clipped torque", joint, what, remedy, share), at_end
     frozen = _frozen_runs(torque) & moves & ~at_end
     if frozen.any():
-        yield _frozen(log.time, frozen, f"torque of joint {joint + 1}", joint), frozen
+        yield _frozen(log.time, frozen, column, joint), frozen
     spikes = _spikes(torque, moves)
     if 0 < spikes.sum() <= _MOST_SPIKES_SHARE * len(torque):
-        yield _jumping(log.time, spikes, joint), spikes
+        count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
+        first = ", ".join(map(number, log.time[spikes][:3].tolist()))
+        what = f"The {column} jumps away and back {count} (first at {first} s)"
+        remedy = "log without lost messages, if they are many"
+        yield Fault("spikes", joint, what, remedy, float(spikes.mean())), spikes
 
 
 def _at_clipped_end(values: FloatArray, moves: Array) -> Array:
@@ -211,12 +227,15 @@ def _sensor_step(values: FloatArray) -> float:
 
 def _copies(recording: Recording) -> Iterator[tuple[Fault, list[int]]]:
     """Columns that are another joint's, reading by reading, and the joints whose torques are of no use."""
-    n = recording.q.shape[1]
-    for role, values in (("torque", recording.torque), ("q", recording.q)):
-        for i, j in combinations(range(n), 2):
+    joints = range(recording.q.shape[1])
+    for role, word, values in (("torque", "torques", recording.torque), ("q", "positions", recording.q)):
+        for i, j in combinations(joints, 2):
             if values is not None and _are_copies(values[:, i], values[:, j]):
+                what = f"The {word} of joints {i + 1} and {j + 1} are the same, reading by reading"
+                remedy = f"name another column with {another_column(role, j)}"
                 # Positions enter the torques of all joints.
-                yield _copied(role, i, j), [i, j] if role == "torque" else list(range(n))
+                of_no_use = [i, j] if role == "torque" else list(joints)
+                yield Fault("copied column", i, what, remedy, 1.0), of_no_use
 
 
 def _are_copies(first: FloatArray, second: FloatArray) -> bool:
@@ -226,72 +245,11 @@ def _are_copies(first: FloatArray, second: FloatArray) -> bool:
     return any(np.array_equal(first, other, equal_nan=True) for other in (second, -second))
 
 
-def _dead(values: FloatArray, joint: int) -> Fault:
-    level = "constant" if values.any() else "0"
-    return Fault(
-        "dead column",
-        joint,
-        f"The torque of joint {joint + 1} is {level} while it moves",
-        f"name another column with --map torque:{joint + 1}=COLUMN",
-        1.0,
-    )
-
-
-def _clipped(torque: FloatArray, clipped: Array, share: float, joint: int) -> Fault:
-    values = torque[clipped]
-    ends = ", ".join(number(float(end)) for end in (np.nanmin(torque), np.nanmax(torque)) if end in values)
-    return Fault(
-        "clipped torque",
-        joint,
-        f"The torque of joint {joint + 1} is clipped at {ends} in {percent(share)} of its readings",
-        "record with a wider range, or more slowly, if the rest is too little",
-        share,
-    )
-
-
 def _frozen(time: FloatArray, frozen: Array, column: str, joint: int) -> Fault:
-    begin, end = time[np.flatnonzero(frozen)[[0, -1]]].tolist()
-    return Fault(
-        "frozen column",
-        joint,
-        f"The {column} is frozen from {number(begin)} to {number(end)} s",
-        "log without lost messages, if the rest is too little",
-        float(frozen.mean()),
-    )
-
-
-def _repeated(repeats: Array, joint: int) -> Fault:
-    share = float(repeats.mean())
-    return Fault(
-        "repeated rows",
-        joint,
-        f"{percent(share)} of the rows repeat the row before, though the arm moves",
-        "log each message once",
-        share,
-    )
-
-
-def _copied(role: str, joint: int, other: int) -> Fault:
-    word = "positions" if role == "q" else "torques"
-    return Fault(
-        "copied column",
-        joint,
-        f"The {word} of joints {joint + 1} and {other + 1} are the same, reading by reading",
-        f"name another column with --map {role}:{other + 1}=COLUMN",
-        1.0,
-    )
-
-
-def _jumping(time: FloatArray, spikes: Array, joint: int) -> Fault:
-    count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
-    instants = ", ".join(number(float(t)) for t in time[np.flatnonzero(spikes)[:3]])
-    return Fault(
-        "spikes",
-        joint,
-        f"The torque of joint {joint + 1} jumps away and back {count} (first at {instants} s)",
-        "log without lost messages, if they are many",
-        float(spikes.mean()),
-    )
+    begin, end = map(number, time[frozen][[0, -1]].tolist())
+    what = f"The {column} is frozen from {begin} to {end} s"
+    remedy = "log without lost messages, if the rest is too little"
+    return Fault("frozen column", joint, what, remedy, float(frozen.mean()))
 
 
 def _of_velocities(log: Trajectory) -> Iterator[Fault]:
@@ -306,7 +264,7 @@ def _of_velocities(log: Trajectory) -> Iterator[Fault]:
                 VELOCITIES,
                 i,
                 f"The velocity column of joint {i + 1} is {number(factor)} times dq/dt",
-                "check its unit and sign, or leave such columns out: --map qd=none",
+                f"check its unit and sign, or leave such columns out: {leaving_out('qd')}",
                 1.0,
                 "not used",
             )

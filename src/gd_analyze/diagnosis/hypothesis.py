@@ -7,14 +7,18 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.correction import Correction
+from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, TorqueSums, corrected_columns, equations_of
 from gd_analyze.diagnosis.fit import FileFit, fitted
+from gd_analyze.diagnosis.remedies import Remedy
 from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, Samples
+from gd_analyze.diagnosis.trial import Trial
+from gd_analyze.motions.correction import Correction
 from gd_analyze.robots.arm import RobotArm
 
 # Factor on torques beside which those of links vanish.
@@ -39,7 +43,7 @@ class Problem:
     """Samples of logs, and what is corrected already."""
 
     samples: Samples
-    correction: Correction
+    correction: Trial
     fewest_samples: int = FEWEST_SAMPLES  # of a joint that says anything, fitted and scored alike
     equations: OrderedDict[tuple[object, ...], TorqueSums] = field(default_factory=OrderedDict)
 
@@ -52,6 +56,11 @@ class Problem:
     def n(self) -> int:
         """Number of joints."""
         return self.arm.n_joints
+
+    @property
+    def unchanged(self) -> Correction:
+        """A correction that changes nothing, to begin one with."""
+        return Correction.none(self.n)
 
     @cached_property
     def null(self) -> FileFit:
@@ -75,16 +84,21 @@ class Problem:
     @cached_property
     def rough(self) -> Problem:
         """The same with fewer samples, for a search."""
-        count = len(self.samples)
-        step = max(count // _SAMPLES_OF_SEARCH, 1)
+        step = self._step_of_search
         if step == 1:
             return self
-        chosen = np.zeros(count, dtype=bool)
-        chosen[step // 2 :: step] = True
         fewest = max(self.fewest_samples // step, 4)
-        return Problem(self.samples.at(chosen), self.correction.at(chosen), fewest)
+        return Problem(self.samples.at(self._thinned), self.correction.at(self._thinned), fewest)
 
-    def fit(self, correction: Correction) -> FileFit:
+    @property
+    def _step_of_search(self) -> int:
+        return max(len(self.samples) // _SAMPLES_OF_SEARCH, 1)
+
+    @property
+    def _thinned(self) -> slice:
+        return slice(self._step_of_search // 2, None, self._step_of_search)
+
+    def fit(self, correction: Trial) -> FileFit:
         """Fit file and friction to corrected logs."""
         key = correction.key
         if key not in self.equations:
@@ -100,10 +114,10 @@ class Problem:
         fit, end = self.null, shared + NUMBERS_OF_JOINT
         model = columns[:, :, :shared] @ fit.shared + columns[:, :, end]
         model += np.einsum("itc,ic->it", columns[:, :, shared:end], fit.joint_numbers)
-        measured = self.correction.torques(self.samples) @ self.correction.torque.T
+        measured = self.correction.of_torques(self.correction.steady(self.samples.torque))
         return np.where(counts, measured, np.nan), np.where(counts, model.T, np.nan)
 
-    def score(self, correction: Correction) -> float:
+    def score(self, correction: Trial) -> float:
         """Score of a correction beside that of the null hypothesis at the same samples."""
         if not correction.mixes:
             return self.fit(correction).score - self.null.score
@@ -113,44 +127,34 @@ class Problem:
         corrected = self.fit(correction.without(rests))
         return corrected.score - alone.score
 
-    def rough_score(self, correction: Correction) -> float:
+    def rough_score(self, correction: Trial) -> float:
         """Score of a correction, judged by few samples."""
         return self.rough.score(correction.at(self._thinned))
 
-    def roughly(self, corrections: Iterable[Correction]) -> FloatArray:
+    def roughly(self, corrections: Iterable[Trial]) -> FloatArray:
         """Scores of corrections, judged by few samples."""
         return np.array([self.rough_score(correction) for correction in corrections])
 
-    def best(self, corrections: Sequence[Correction], most: int = 1) -> list[int]:
+    def best(self, corrections: Iterable[Trial], most: int = 1) -> list[int]:
         """Places of the best corrections, judged by few samples."""
         return np.argsort(self.roughly(corrections))[:most].tolist()
+
+    def mended(self, remedy: Remedy) -> Trial:
+        """What is corrected already, and then what a remedy does to a log."""
+        pace = self.correction.pace * remedy.pace
+        # Lags are seconds as logged here, and right ones where they are typed.
+        lag = self.correction.lag + remedy.change.lag / pace
+        return replace(self.correction.then(remedy.read).then(remedy.change), lag=lag, pace=pace)
 
     def helps(self, score: float) -> bool:
         """Whether a score by few samples makes a closer look worth while."""
         return score < -_WORTHWHILE_FALL
 
-    @cached_property
-    def _thinned(self) -> Array:
-        chosen = np.ones(len(self.samples), dtype=bool)
-        if self.rough is not self:
-            step = max(len(chosen) // _SAMPLES_OF_SEARCH, 1)
-            chosen[:] = False
-            chosen[step // 2 :: step] = True
-        return chosen
-
-    def along(
-        self, correction: Callable[[float], Correction], low: float, high: float, steps: int = 14
-    ) -> float:
+    def along(self, correction: Callable[[float], Trial], low: float, high: float, steps: int = 14) -> float:
         """The number between two ends whose correction scores best, judged by few samples."""
-        from scipy.optimize import minimize_scalar
+        return least(lambda x: self.rough_score(correction(x)), low, high, steps)
 
-        def scored(x: float) -> float:
-            return self.rough_score(correction(x))
-
-        minimum = minimize_scalar(scored, bounds=(low, high), method="bounded", options={"maxiter": steps})
-        return float(minimum.x)
-
-    def refined(self, correction: Callable[[float], Correction], at: float, step: float) -> float:
+    def refined(self, correction: Callable[[float], Trial], at: float, step: float) -> float:
         """Vertex of parabolas through three scores of all samples, the second of a fifth of the step."""
         for width in (step, step / 5.0):
             low, middle, high = (self.score(correction(at + k * width)) for k in (-1.0, 0.0, 1.0))
@@ -166,8 +170,8 @@ class Candidate:
 
     name: str  # of the kind of cause, for the table and JSON: "torque sign"
     what: str  # a sentence without its stop: "All torques are reversed"
-    remedy: str  # an option, or an edit: "--torque-sign -1"
-    correction: Correction
+    remedy: Remedy
+    correction: Trial
     numbers: int = 0  # fitted
     alternatives: int = 1  # of the kind
     rare: float = 0.0  # cost of a cause that is seldom one
@@ -187,6 +191,17 @@ class Hypothesis(ABC):
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best causes of this kind; their fit and fall are added by `judged`."""
 
+    def exact(self, problem: Problem, what: str, remedy: Remedy, **costs: Any) -> Candidate:
+        """A cause whose remedy is typed without rounding: it does what is tried."""
+        return Candidate(self.name, what, remedy, problem.mended(remedy), **costs)
+
+    def best(
+        self, problem: Problem, causes: Sequence[tuple[str, Remedy]], most: int = 1, **costs: Any
+    ) -> Iterator[Candidate]:
+        """The best of such causes, judged by few samples."""
+        for k in problem.best([problem.mended(remedy) for _, remedy in causes], most):
+            yield self.exact(problem, *causes[k], **costs)
+
     def judged(self, problem: Problem) -> list[Candidate]:
         """Candidates with fit and fall of the score."""
         out = []
@@ -199,16 +214,35 @@ class Hypothesis(ABC):
         return out
 
 
+def least(
+    score: Callable[[float], float], low: float, high: float, steps: int, tolerance: float = 1e-5
+) -> float:
+    """Place of the least score between two ends."""
+    from scipy.optimize import minimize_scalar
+
+    minimum = minimize_scalar(
+        score, bounds=(low, high), method="bounded", options={"maxiter": steps, "xatol": tolerance}
+    )
+    return float(minimum.x)
+
+
+def standard_errors(score: Callable[[FloatArray], float], at: FloatArray, step: float) -> FloatArray:
+    """Standard errors, 1 at most, of numbers at which a score, minus twice that of a likelihood, is least."""
+    steps = step * np.eye(len(at))
+    curvature = np.zeros((len(at), len(at)))
+    for i, j in combinations_with_replacement(range(len(at)), 2):
+        corners = [(a * b, score(at + a * steps[i] + b * steps[j])) for a in (-1, 1) for b in (-1, 1)]
+        curvature[i, j] = curvature[j, i] = sum(sign * value for sign, value in corners)
+    sizes, ways = np.linalg.eigh(curvature / (2.0 * step) ** 2)
+    # Half the second derivative is the inverse of the covariance.
+    return np.asarray(np.sqrt(np.square(ways) @ (2.0 / np.maximum(sizes, 2.0))))
+
+
 def signs(n: int, joints: Iterable[int]) -> FloatArray:
     """Matrix that reverses some of n joints, counted from 0."""
     out = np.ones(n)
     out[list(joints)] = -1.0
     return np.diag(out)
-
-
-def inverse(matrix: FloatArray) -> FloatArray:
-    """Inverse of a matrix that mixes joints."""
-    return np.asarray(np.linalg.inv(matrix), dtype=float)
 
 
 def swapped(n: int, i: int, j: int) -> FloatArray:

@@ -2,44 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import combinations, permutations
 
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.correction import Correction
-from gd_analyze.diagnosis.hypothesis import (
-    KNOWN_ADVANTAGE,
-    Candidate,
-    Hypothesis,
-    Problem,
-    inverse,
-    signs,
-    swapped,
+from gd_analyze.diagnosis.hypothesis import KNOWN_ADVANTAGE, Candidate, Hypothesis, Problem, signs, swapped
+from gd_analyze.diagnosis.remedies import (
+    ONE_DEGREE,
+    at_pace,
+    corrected,
+    in_digits,
+    in_unit,
+    reordered,
 )
-from gd_analyze.diagnosis.remedies import couple, degrees, map_of_joints, map_of_positions, scaled_positions
+from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.motions.velocities import velocity_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import UNITS
 
 # Cosine between parallel axes.
 _PARALLEL_COSINE = 0.999
 # First steps of a search for a zero, as shares of the others: where half a step either way is worse than
 # none, the valley of a small error may lie between.
 _FIRST_STEPS = np.array([-0.5, -1.0 / 6.0, 0.0, 1.0 / 6.0, 0.5])
-_SAID_BY_VELOCITIES = ", as the velocity columns say"
+
+_MILLIMETRE = UNITS["length"]["mm"]
 
 # Radians per unit of an angle, and what these are called: counts are those of encoders in a turn.
-_DEGREE = np.pi / 180.0
 _COUNTS = (*(2**k for k in range(10, 25)), 1000, 2000, 3600, 4000, 5000, 8000, 10000, 20000, 40000)
 ANGLES = {
-    _DEGREE: "degrees",
-    1e-2 * _DEGREE: "hundredths of a degree",
-    1e-3 * _DEGREE: "thousandths of a degree",
+    ONE_DEGREE: "degrees",
+    1e-2 * ONE_DEGREE: "hundredths of a degree",
+    1e-3 * ONE_DEGREE: "thousandths of a degree",
     1e-3: "milliradians",
     2.0 * np.pi: "turns",
     **{2.0 * np.pi / count: f"counts, {count} in a turn" for count in _COUNTS},
@@ -56,34 +56,38 @@ class PositionUnit(Hypothesis):
         turns = np.array(problem.arm.is_revolute)
         if turns[problem.moving].any():
             yield from self._best(problem, [(turns, size, unit) for size, unit in ANGLES.items()])
-        single = []
-        for i in problem.moving if problem.n > 1 else []:
-            chosen = np.arange(problem.n) == i
-            sizes = {_DEGREE: "degrees"} if turns[i] else {1e-3: "millimetres"}
-            single += [(chosen, size, unit) for size, unit in sizes.items()]
+        single = [
+            (
+                np.arange(problem.n) == i,
+                *((ONE_DEGREE, "degrees") if turns[i] else (_MILLIMETRE, "millimetres")),
+            )
+            for i in problem.moving
+            if problem.n > 1
+        ]
         yield from self._best(problem, single)
         if self._are_read_as_degrees(problem):
-            factors = np.where(turns, 1.0 / _DEGREE, 1.0)
-            correction = problem.correction.with_position(np.diag(factors))
+            sizes = np.where(turns, 1.0 / ONE_DEGREE, 1.0)
             yield Candidate(
                 self.name,
                 "Positions are in radians, and were read as degrees",
-                "leave out --degrees, or name the columns q1_rad and so on",
-                correction,
+                in_unit(problem.samples, sizes),
+                problem.correction.with_position(np.diag(sizes)),
             )
 
     def _best(self, problem: Problem, units: list[tuple[Array, float, str]]) -> Iterator[Candidate]:
         factors = [np.where(chosen, size, 1.0) for chosen, size, _ in units]
         corrections = [problem.correction.with_position(np.diag(x)) for x in factors]
-        for k in problem.best(corrections) if corrections else []:
+        for k in problem.best(corrections):
             chosen, _, unit = units[k]
             joints = np.flatnonzero(chosen).tolist()
             subject = "Positions" if len(joints) > 1 else f"Positions of joint {joints[0] + 1}"
-            is_option = unit == "degrees" and chosen.tolist() == list(problem.arm.is_revolute)
-            remedy = "--degrees" if is_option else scaled_positions(factors[k], np.ones(problem.n))
-            alternatives = len(units)
-            sentence = f"{subject} are in {unit}"
-            yield Candidate(self.name, sentence, remedy, corrections[k], alternatives=alternatives)
+            yield Candidate(
+                self.name,
+                f"{subject} are in {unit}",
+                in_unit(problem.samples, factors[k]),
+                corrections[k],
+                alternatives=len(units),
+            )
 
     def _are_read_as_degrees(self, problem: Problem) -> bool:
         recordings = (log.recording for log in problem.samples.logs)
@@ -98,28 +102,18 @@ class Direction(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best joint of either kind."""
-        n, correction, moving = problem.n, problem.correction, problem.moving
-        joints = list(range(n))
-        groups = [[i] for i in moving] + ([joints] if len(moving) > 1 else [])
-        with_torques = [
-            correction.with_position(signs(n, group)).with_torque(signs(n, group)) for group in groups
-        ]
-        positions_alone = [correction.with_position(signs(n, group)) for group in groups]
-        for k in problem.best(with_torques, 2):
-            yield self._candidate(groups[k], with_torques[k], problem, with_torque=True)
-        for k in problem.best(positions_alone, 1):
-            yield self._candidate(groups[k], positions_alone[k], problem, with_torque=False)
-
-    def _candidate(
-        self, joints: list[int], correction: Correction, problem: Problem, *, with_torque: bool
-    ) -> Candidate:
-        n = problem.n
-        words = ",".join("-1" if i in joints else "1" for i in range(n)) if len(joints) < n else "-1"
-        subject = f"Joint {joints[0] + 1} counts" if len(joints) == 1 else "All joints count"
-        sentence = f"{subject} the other way, {'positions and torques' if with_torque else 'positions alone'}"
-        # --position-sign turns the torques, too.
-        remedy = f"--position-sign {words}" + ("" if with_torque else f" --torque-sign {words}")
-        return Candidate(self.name, sentence, remedy, correction, alternatives=2 * (n + 1))
+        n, moving = problem.n, problem.moving
+        groups = [[i] for i in moving] + ([[*range(n)]] if len(moving) > 1 else [])
+        for what, reversed_by, most in (
+            ("positions and torques", problem.unchanged.with_joints, 2),
+            ("positions alone", problem.unchanged.with_position, 1),
+        ):
+            causes = []
+            for group in groups:
+                subject = "All joints count" if len(group) > 1 else f"Joint {group[0] + 1} counts"
+                remedy = corrected(problem.samples, reversed_by(signs(n, group)))
+                causes.append((f"{subject} the other way, {what}", remedy))
+            yield from self.best(problem, causes, most, alternatives=2 * (n + 1))
 
 
 class Zero(Hypothesis):
@@ -131,40 +125,23 @@ class Zero(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The two best joints, at a multiple of 90 degrees unless another angle is clearly better."""
-        correction = problem.correction
-        joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
         ends = np.arange(1.0, round(2.0 * np.pi / self._STEP_OF_TURN))
         grid = self._STEP_OF_TURN * np.concatenate([[-1.0], _FIRST_STEPS, ends, [ends[-1] + 1.0]])
-        brackets = {}
-        for i in joints:
-
-            def tried(angle: float, joint: int = i) -> Correction:
-                return correction.with_offset(joint, angle)
-
-            brackets[i] = _bracket(problem, tried, grid)
-        for i in sorted(brackets, key=lambda joint: brackets[joint][0])[:2]:
-            score, low, high = brackets[i]
-            if not problem.helps(score):
-                continue
-
-            def turned(angle: float, joint: int = i) -> Correction:
-                return correction.with_offset(joint, angle)
-
-            rough_angle = problem.along(turned, low, high, 9)
-            angle = problem.refined(turned, rough_angle, np.radians(1.5))
-            right = np.pi / 2.0 * np.round(angle / (np.pi / 2.0))
-            right_angled = correction.with_offset(i, float(right))
-            is_known = right % (2.0 * np.pi) > 0.1 and problem.score(right_angled) < (
-                problem.score(correction.with_offset(i, angle)) + KNOWN_ADVANTAGE
+        joints = [i for i in problem.moving if problem.arm.is_revolute[i]]
+        for i, turned, low, high in _shifted(problem, dict.fromkeys(joints, grid), 2):
+            angle = problem.refined(turned, problem.along(turned, low, high, 9), np.radians(1.5))
+            right = float(np.pi / 2.0 * np.round(angle / (np.pi / 2.0)))
+            is_known = right % (2.0 * np.pi) > 0.1 and problem.score(turned(right)) < (
+                problem.score(turned(angle)) + KNOWN_ADVANTAGE
             )
-            angle = float(right) if is_known else angle
+            angle = right if is_known else angle
             angle -= 2.0 * np.pi * np.ceil(angle / (2.0 * np.pi) - 0.5)  # at most half a turn
-            text = degrees(angle)
+            typed = in_digits(angle, 4, ONE_DEGREE)
             yield Candidate(
                 self.name,
-                f"The zero of joint {i + 1} is off by {text.removesuffix('deg')} degrees",
-                f"--offset {i + 1}={text}",
-                correction.with_offset(i, angle),
+                f"The zero of joint {i + 1} is off by {typed / ONE_DEGREE:.4g} degrees",
+                corrected(problem.samples, problem.unchanged.with_offset(i, typed)),
+                turned(angle),
                 numbers=0 if is_known else 1,
                 alternatives=(3 if is_known else 1) * problem.n,
                 unsure="the last link's masses are turned as far" if i == problem.n - 1 else "",
@@ -180,49 +157,42 @@ class ZeroOfSlide(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best prismatic joint."""
-        correction, arm = problem.correction, problem.arm
-        best: list[tuple[float, int, float, float]] = []
-        for i in problem.moving:
-            if arm.is_revolute[i]:
-                continue
-            joint = arm.joints[i]
-            limits = (end for end in (joint.lower, joint.upper) if end is not None and np.isfinite(end))
-            travel = max((abs(end) for end in limits), default=arm.reach or 1.0)
-            step = travel / self._STEPS_OF_TRAVEL
-            ends = np.arange(1.0, self._STEPS_OF_TRAVEL + 2.0)
-            grid = step * np.concatenate([-ends[::-1], _FIRST_STEPS, ends])
-
-            def tried(length: float, joint: int = i) -> Correction:
-                return correction.with_offset(joint, length)
-
-            score, low, high = _bracket(problem, tried, grid)
-            best.append((score, i, low, high))
-        for score, i, low, high in sorted(best)[:1]:
-            if not problem.helps(score):
-                return
-
-            def shifted(length: float, joint: int = i) -> Correction:
-                return correction.with_offset(joint, length)
-
+        ends = np.arange(1.0, self._STEPS_OF_TRAVEL + 2.0)
+        steps = np.concatenate([-ends[::-1], _FIRST_STEPS, ends])
+        joints = [i for i in problem.moving if not problem.arm.is_revolute[i]]
+        grids = {i: self._travel(problem.arm, i) / self._STEPS_OF_TRAVEL * steps for i in joints}
+        for i, shifted, low, high in _shifted(problem, grids, 1):
             length = problem.along(shifted, low, high, 12)
-            text = f"{1e3 * length:.3g}mm"
+            typed = in_digits(length, 3, _MILLIMETRE)
             yield Candidate(
                 self.name,
-                f"The zero of joint {i + 1} is off by {text.removesuffix('mm')} mm",
-                f"--offset {i + 1}={text}",
-                correction.with_offset(i, length),
+                f"The zero of joint {i + 1} is off by {number(typed / _MILLIMETRE)} mm",
+                corrected(problem.samples, problem.unchanged.with_offset(i, typed)),
+                shifted(length),
                 numbers=1,
-                alternatives=len(best),
+                alternatives=len(joints),
             )
 
+    def _travel(self, arm: RobotArm, joint: int) -> float:
+        ends = (arm.joints[joint].lower, arm.joints[joint].upper)
+        return max(
+            (abs(end) for end in ends if end is not None and np.isfinite(end)), default=arm.reach or 1.0
+        )
 
-def _bracket(
-    problem: Problem, corrected: Callable[[float], Correction], grid: FloatArray
-) -> tuple[float, float, float]:
-    """Best score inside a grid, judged by few samples, and the points beside it."""
-    scores = problem.roughly(corrected(float(x)) for x in grid[1:-1])
-    k = int(scores.argmin())
-    return float(scores[k]), float(grid[k]), float(grid[k + 2])
+
+def _shifted(
+    problem: Problem, grids: Mapping[int, FloatArray], most: int
+) -> Iterator[tuple[int, Callable[[float], Trial], float, float]]:
+    """The best joints, the correction that shifts each, and the points of its grid beside the best one."""
+    brackets = []
+    for i, grid in grids.items():
+        tried = partial(problem.correction.with_offset, i)
+        scores = problem.roughly(map(tried, grid[1:-1].tolist()))
+        k = int(scores.argmin())
+        brackets.append((float(scores[k]), i, tried, float(grid[k]), float(grid[k + 2])))
+    for score, i, tried, low, high in sorted(brackets, key=lambda bracket: bracket[0])[:most]:
+        if problem.helps(score):
+            yield i, tried, low, high
 
 
 class JointOrder(Hypothesis):
@@ -232,26 +202,21 @@ class JointOrder(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best exchange of either kind."""
-        n, correction = problem.n, problem.correction
+        n, turns = problem.n, problem.arm.is_revolute
         orders = [
             (f"joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j))
             for i, j in combinations(problem.moving, 2)
-            if problem.arm.is_revolute[i] == problem.arm.is_revolute[j]
+            if turns[i] == turns[j]
         ]
-        if len(problem.moving) == n and len(set(problem.arm.is_revolute)) == 1 and n > 2:
+        if len(problem.moving) == n and len(set(turns)) == 1 and n > 2:
             orders.append((f"joints 1 to {n} are in reversed order", np.eye(n)[::-1]))
-        alone = [correction.with_position(matrix) for _, matrix in orders]
-        whole = [corrected.with_torque(matrix) for corrected, (_, matrix) in zip(alone, orders, strict=True)]
-        for subject, corrections, mapped in (
-            ("", whole, map_of_joints),
-            ("the positions of ", alone, map_of_positions),
-        ):
-            for k in problem.best(corrections) if corrections else []:
-                what, matrix = orders[k]
-                sentence = (subject + what).capitalize()
-                remedy = mapped(problem, matrix.argmax(axis=1).tolist())
-                alternatives = 2 * len(orders)
-                yield Candidate(self.name, sentence, remedy, corrections[k], alternatives=alternatives)
+        whole = [(what.capitalize(), reordered(problem.samples, order, order)) for what, order in orders]
+        alone = [
+            (f"The positions of {what}", reordered(problem.samples, order, np.eye(n)))
+            for what, order in orders
+        ]
+        for causes in (whole, alone):
+            yield from self.best(problem, causes, alternatives=2 * len(orders))
 
 
 class Coupling(Hypothesis):
@@ -263,28 +228,17 @@ class Coupling(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair of neighbours, torques by the transposed inverse."""
-        correction, corrections, turns = problem.correction, [], problem.arm.is_revolute
-        parallel = parallel_to_next(problem.arm)
-        pairs = []
+        turns, parallel = problem.arm.is_revolute, parallel_to_next(problem.arm)
+        causes = []
         for i, j in permutations(problem.moving, 2):
             are_neighbours = abs(i - j) == 1 and turns[i] and turns[j]
             if are_neighbours and parallel[min(i, j)] == self._HAS_PARALLEL_AXES:
-                pairs += [(i, j, 1.0), (i, j, -1.0)]
-        for i, j, sign in pairs:
-            matrix = np.eye(problem.n)
-            matrix[i, j] = sign
-            corrections.append(correction.with_position(matrix).with_torque(inverse(matrix).T))
-        for k in problem.best(corrections, 1) if corrections else []:
-            i, j, sign = pairs[k]
-            relation = "the sum" if sign < 0 else "the difference"
-            yield Candidate(
-                self.name,
-                f"Joint {i + 1} is logged as {relation} of joints {i + 1} and {j + 1}",
-                couple(i, j, sign),
-                corrections[k],
-                alternatives=len(pairs),
-                rare=self._RARITY_COST,
-            )
+                for sign, relation in ((1.0, "the difference"), (-1.0, "the sum")):
+                    matrix = np.eye(problem.n)
+                    matrix[i, j] = sign
+                    what = f"Joint {i + 1} is logged as {relation} of joints {i + 1} and {j + 1}"
+                    causes.append((what, corrected(problem.samples, problem.unchanged.with_joints(matrix))))
+        yield from self.best(problem, causes, alternatives=len(causes), rare=self._RARITY_COST)
 
 
 class WristCoupling(Coupling):
@@ -321,47 +275,33 @@ class TimeUnit(Hypothesis):
         if factor is not None and 0.8 < factor * correction.pace < 1.25:
             return  # velocities are as logged times and positions say
         if factor is not None:
-            yield self._candidate(problem, 1.0 / (factor * correction.pace), 0, 1, _SAID_BY_VELOCITIES)
+            yield self._candidate(problem, 1.0 / (factor * correction.pace), evident=True)
+
+        def paced(pace: float) -> Trial:
+            return replace(correction, pace=correction.pace * pace)
+
         paces = [*self._KNOWN_PACES, 0.3, 0.6, 1.7, 3.5]
-        corrections = [replace(correction, pace=correction.pace * pace) for pace in paces]
-        scores = problem.roughly(corrections)
-        k = int(np.argmin(scores))
-        if not problem.helps(scores[k]):
+        scores = problem.roughly(map(paced, paces))
+        pace = paces[int(np.argmin(scores))]
+        if not problem.helps(scores.min()):
             return
-        pace = paces[k]
         low, high = np.log(pace) - 0.7, np.log(pace) + 0.7
-        free = float(
-            np.exp(
-                problem.along(
-                    lambda x: replace(correction, pace=correction.pace * float(np.exp(x))), low, high, 10
-                )
-            )
-        )
-        is_known = pace in self._KNOWN_PACES and problem.score(corrections[k]) < (
-            problem.score(replace(correction, pace=correction.pace * free)) + KNOWN_ADVANTAGE
+        free = float(np.exp(problem.along(lambda x: paced(float(np.exp(x))), low, high, 10)))
+        is_known = pace in self._KNOWN_PACES and problem.score(paced(pace)) < (
+            problem.score(paced(free)) + KNOWN_ADVANTAGE
         )
         pace = pace if is_known else free
         # At rest there is no unit of time: the motion must show at the pace that is claimed.
-        resting, moving = (
-            problem.score(replace(correction, pace=x * correction.pace)) for x in (np.inf, pace)
-        )
+        resting, moving = problem.score(paced(np.inf)), problem.score(paced(pace))
         if 0.8 < pace < 1.25 or moving > resting - KNOWN_ADVANTAGE:
             return
-        yield self._candidate(problem, pace, 0 if is_known else 1, len(self._KNOWN_PACES) if is_known else 1)
+        told = self._candidate(problem, pace)
+        yield replace(told, alternatives=len(self._KNOWN_PACES)) if is_known else replace(told, numbers=1)
 
-    def _candidate(
-        self, problem: Problem, pace: float, numbers: int, alternatives: int, reason: str = ""
-    ) -> Candidate:
-        correction = problem.correction
-        return Candidate(
-            self.name,
-            f"Time is in another unit{reason}: {number(1.0 / pace)} of its seconds are one",
-            self._remedy(problem, pace, problem.samples.step * pace),
-            replace(correction, pace=correction.pace * pace),
-            numbers=numbers,
-            alternatives=alternatives,
-            evident=bool(reason),
-        )
+    def _candidate(self, problem: Problem, pace: float, *, evident: bool = False) -> Candidate:
+        reason = ", as the velocity columns say" if evident else ""
+        what = f"Time is in another unit{reason}: {number(1.0 / pace)} of its seconds are one"
+        return self.exact(problem, what, at_pace(problem.samples, pace), evident=evident)
 
     def _of_velocities(self, problem: Problem) -> float | None:
         """Factor by which the velocity columns of all joints are too large; None without a common one."""
@@ -376,12 +316,3 @@ class TimeUnit(Hypothesis):
             return None
         median = float(np.median(known_factors))
         return None if np.ptp(known_factors) > self._LARGEST_SPREAD * median else median
-
-    def _remedy(self, problem: Problem, pace: float, step: float) -> str:
-        recording = problem.samples.logs[0].recording
-        columns = () if recording is None else recording.columns
-        unit = next((use.unit for use in columns if use.role == "time"), "s")
-        for name, size in TIME_UNITS.items():
-            if np.isclose(size, TIME_UNITS.get(unit, 1.0) * pace, rtol=0.01):
-                return f"--time-unit {name}"
-        return f"--map time=none --rate {number(1.0 / step)}"

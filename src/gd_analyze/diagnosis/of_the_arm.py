@@ -8,11 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.correction import Added, Correction
 from gd_analyze.diagnosis.equations import with_gravity
-from gd_analyze.diagnosis.fit import FileFit
-from gd_analyze.diagnosis.hypothesis import COST_PER_NUMBER, KNOWN_ADVANTAGE, Candidate, Hypothesis, Problem
-from gd_analyze.diagnosis.remedies import vector
+from gd_analyze.diagnosis.hypothesis import (
+    COST_PER_NUMBER,
+    KNOWN_ADVANTAGE,
+    Candidate,
+    Hypothesis,
+    Problem,
+    standard_errors,
+)
+from gd_analyze.diagnosis.remedies import NO_PAYLOAD, edited, under_gravity, vector, with_load
+from gd_analyze.diagnosis.trial import Added, Trial
 from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, regressor
 from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.text import number, to_digits_of, with_error
@@ -21,7 +27,7 @@ _CARRIED_MASS_SHARE = 0.1  # plausible mass of what an arm carries, as a share o
 _DISTANCE_SHARE = 0.15  # plausible distance of this mass, as a share of the reach
 _INERTIA_SHARE = 0.5  # its inertia as a share of its mass times the square of its distance
 _LEAST_MASS_SHARE = 0.01  # least share of an arm's mass that is mentioned as a payload
-_CURVED_OVER = 0.3  # step over which the score's curvature is taken, in plausible sizes
+_CURVED_OVER = 0.15  # step over which the score's curvature is taken, in plausible sizes
 # Standard deviation of a torque's change at a restart, as a share of its RMS.
 _JUMP_SHARE = 0.3
 
@@ -31,6 +37,8 @@ _LAST_TILT = 0.02  # size of a step at which the search ends
 _WORTHWHILE_FALL = 0.5  # fall of the score worth a step
 _LARGEST_TILT = 3.0  # tangent of the largest tilt from where the search began
 _LEAST_TILT_DEGREES = 1.0  # least tilt that is mentioned
+
+_DRIVEN = "record a motion that the drives make, with the torques that they need for it"
 
 # Powers of length in a body's numbers, and its inertia as a share of the square of its distance.
 _POWERS = np.array([kind.count("x") + kind.count("y") + kind.count("z") for kind in PARAMETERS])
@@ -43,50 +51,34 @@ class Gravity(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best of six directions and none; and any other direction if it is clearly better."""
-        correction, file = problem.correction, problem.arm.gravity
-        size = float(np.linalg.norm(file))
+        file, size = problem.arm.gravity, float(np.linalg.norm(problem.arm.gravity))
         if size == 0.0:
             return
         down = file / size
-        axes = [vector for axis in np.eye(3) for vector in (axis, -axis) if vector @ down < 0.9]
-        directions = [(self._named(axis, down), size * axis) for axis in axes]
-        corrections = [replace(correction, gravity=g) for _, g in directions]
-        scores = problem.roughly(corrections)
+        axes = [axis for unit in np.eye(3) for axis in (unit, -unit) if axis @ down < 0.9]
+        scores = problem.roughly(replace(problem.correction, gravity=size * axis) for axis in axes)
         k = int(np.argmin(scores))
-        weightless = replace(correction, gravity=np.zeros(3))
-        yield Candidate(
-            self.name,
-            "Torques do not contain gravity: the controller compensates it",
-            "--gravity 0,0,0",
-            weightless,
-            alternatives=len(directions) + 1,
-        )
-        sentence, g = directions[k]
-        leaning, score = self._leaning(problem, [down, g / size][: 1 + problem.helps(scores[k])], size)
-        if problem.score(corrections[k]) < score + KNOWN_ADVANTAGE:
+        known = size * axes[k]
+        leaning, score = self._leaning(problem, [down, known / size][: 1 + problem.helps(scores[k])], size)
+        told = [("Torques do not contain gravity: the controller compensates it", np.zeros(3))]
+        if problem.score(replace(problem.correction, gravity=known)) < score + KNOWN_ADVANTAGE:
+            mounted = f"The arm is mounted on a wall: gravity is along {vector(axes[k])} of its base"
+            hangs = "The arm hangs from the ceiling, the file says it stands"
+            told.append((hangs if axes[k] @ down < -0.9 else mounted, known))
+            tilt = 0.0
+        else:
+            tilt = float(np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0))))
+        if tilt >= _LEAST_TILT_DEGREES:
+            told.append((f"The arm's base is tilted by {number(tilt)} degrees", leaning))
+        for sentence, gravity in told:
             yield Candidate(
                 self.name,
                 sentence,
-                f"--gravity {vector(g)}",
-                corrections[k],
-                alternatives=len(directions) + 1,
+                under_gravity(problem.samples, gravity),
+                replace(problem.correction, gravity=gravity),
+                numbers=2 if gravity is leaning else 0,
+                alternatives=1 if gravity is leaning else len(axes) + 1,
             )
-        else:
-            tilt = np.degrees(np.arccos(np.clip(leaning @ down / size, -1.0, 1.0)))
-            if tilt < _LEAST_TILT_DEGREES:
-                return
-            yield Candidate(
-                self.name,
-                f"The arm's base is tilted by {number(float(tilt))} degrees",
-                f"--gravity {vector(leaning)}",
-                replace(correction, gravity=leaning),
-                numbers=2,
-            )
-
-    def _named(self, axis: FloatArray, down: FloatArray) -> str:
-        if axis @ down < -0.9:
-            return "The arm hangs from the ceiling, the file says it stands"
-        return f"The arm is mounted on a wall: gravity is along {vector(axis)} of its base"
 
     def _leaning(self, problem: Problem, begins: list[FloatArray], size: float) -> tuple[FloatArray, float]:
         """Direction of gravity by steps from some beginnings, judged by few samples, then by all."""
@@ -94,7 +86,7 @@ class Gravity(Hypothesis):
         gravity = min(ends, key=lambda end: end[1])[0]
         for side in np.linalg.svd(gravity[None])[2][1:]:
 
-            def turned(angle: float, down: FloatArray = gravity, side: FloatArray = side) -> Correction:
+            def turned(angle: float, down: FloatArray = gravity, side: FloatArray = side) -> Trial:
                 leaning = np.cos(angle) * down + np.sin(angle) * size * side
                 return replace(problem.correction, gravity=np.asarray(leaning))
 
@@ -136,7 +128,7 @@ class GravityAlone(Hypothesis):
         yield Candidate(
             self.name,
             "Torques hold gravity alone, as where a hand moves the arm: they do not follow its motion",
-            "record a motion that the drives make, with the torques that they need for it",
+            edited(problem.samples, _DRIVEN),
             replace(problem.correction, pace=np.inf),
         )
 
@@ -155,7 +147,7 @@ class AnotherArm(Hypothesis):
         yield Candidate(
             self.name,
             "The file is of another size or variant of the robot: its links are far off",
-            "take the file of this robot",
+            edited(problem.samples, "take the file of this robot"),
             replace(problem.correction, freedom=self._FREEDOM),
             numbers=self._NUMBERS,
             rare=-self._NUMBERS * COST_PER_NUMBER,  # the score has the cost of what is free
@@ -163,44 +155,34 @@ class AnotherArm(Hypothesis):
         )
 
 
-def _carried(problem: Problem, when: FloatArray | None = None) -> Added:
-    """Torque per unit of a body's ten numbers in the last link's frame, where `when` is 1."""
+def _carried(problem: Problem) -> Added:
+    """Torque per unit of a body's ten numbers in the last link's frame."""
     arm = problem.arm
     q, qd, qdd, _ = problem.correction.states(problem.samples)
     # Of the last link alone, (n, 10, N).
     per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1]
     mass = _CARRIED_MASS_SHARE * float(arm.mass.sum())
     away = _DISTANCE_SHARE * (arm.reach or 1.0)
-    columns = np.swapaxes(per_unit, 1, 2)
-    if when is not None:
-        columns = columns * when[:, None]
     sizes = mass * away**_POWERS * np.where(_POWERS == 2, _INERTIA_SHARE, 1.0)
-    return Added(np.ascontiguousarray(columns), sizes)
-
-
-def _of_added(fit: FileFit, added: Added) -> FloatArray:
-    return np.asarray(fit.free[-len(added.sizes) :] * added.sizes)
+    return Added(np.ascontiguousarray(np.swapaxes(per_unit, 1, 2)), sizes)
 
 
 def _errors_of_added(problem: Problem, added: Added, values: FloatArray) -> FloatArray:
     """Standard errors of the first numbers of a body, by the curvature of the score with each held."""
     taken_off = problem.correction.taken_off
     errors = []
-    for k, value in enumerate(values.tolist()):
-        size, others = float(added.sizes[k]), np.arange(len(added.sizes)) != k
+    for k, value in enumerate(values):
+        size, others = added.sizes[k], np.arange(len(added.sizes)) != k
         free = Added(added.columns[..., others], added.sizes[others])
 
-        def score(x: float, k: int = k, size: float = size, free: Added = free) -> float:
-            held = np.zeros(len(added.sizes))
-            held[k] = x
+        def score(x: FloatArray, k: int = k, free: Added = free) -> float:
+            # What the log does not tell is as plausible as before.
+            held = np.where(np.arange(len(added.sizes)) == k, x * added.sizes, 0.0)
             body = -held if taken_off is None else taken_off - held
             correction = replace(problem.correction, taken_off=body).with_added(free)
-            return problem.rough_score(correction) + (x / size) ** 2
+            return problem.rough_score(correction) + float(x[0] ** 2)
 
-        step = _CURVED_OVER * size
-        bend = (score(value - step) - 2.0 * score(value) + score(value + step)) / step**2
-        # What the log does not tell is as plausible as before.
-        errors.append(float(np.sqrt(2.0 / max(bend, 2.0 / size**2))))
+        errors.append(size * standard_errors(score, np.array([value / size]), _CURVED_OVER)[0])
     return np.array(errors)
 
 
@@ -213,23 +195,24 @@ class Payload(Hypothesis):
         """Four numbers of a body at the last link."""
         added = _carried(problem)
         correction = problem.correction.with_added(added)
-        mass, *moment = _of_added(problem.fit(correction), added)[:4]
+        body = problem.fit(correction).free[-len(added.sizes) :] * added.sizes
+        mass, *moment = body[:4]
         place = np.array(moment) / mass if mass else np.zeros(3)
         is_light = abs(mass) < _LEAST_MASS_SHARE * problem.arm.mass.sum()
         if is_light or np.linalg.norm(place) > (problem.arm.reach or 1.0):
             return
-        error, *moment_errors = _errors_of_added(problem, added, np.array([mass, *moment]))
+        error, *moment_errors = _errors_of_added(problem, added, body[:4])
         if mass > 0.0:
             tip = problem.arm.tip_frame
             local = tip.rotation.T @ (place - tip.translation)
             errors = np.hypot(moment_errors, place * error) / mass
             errors = np.sqrt(np.square(tip.rotation.T) @ errors**2)
-            coordinates = ",".join(map(to_digits_of, local.tolist(), errors.tolist()))
+            numbers = map(to_digits_of, [mass, *local.tolist()], [error, *errors.tolist()])
             sentence = f"The arm carries {with_error(mass, error)} kg that its file lacks"
-            remedy = f"--payload {to_digits_of(mass, error)},{coordinates}"
+            remedy = with_load(problem.samples, [*numbers])
         else:
             sentence = f"The file carries {with_error(-mass, error)} kg at its end that the robot did not"
-            remedy = f"take {to_digits_of(-mass, error)} kg off the file's last link"
+            remedy = edited(problem.samples, f"take {to_digits_of(-mass, error)} kg off the file's last link")
         yield Candidate(
             self.name, sentence, remedy, correction, numbers=4, unsure="the last link is wrong by as much"
         )
@@ -250,15 +233,15 @@ class NamedEnd(Hypothesis):
         ]
         if last.bare is not None:
             mass = f"The payload ({number(last.mass - last.bare.mass)} kg)"
-            ends.append((mass, "leave out --payload", _numbers_of(last) - _numbers_of(last.bare)))
+            ends.append((mass, NO_PAYLOAD, _numbers_of(last) - _numbers_of(last.bare)))
         ends = [end for end in ends if end[2][0] > _LEAST_MASS_SHARE * arm.mass.sum()]
         corrections = [replace(correction, taken_off=numbers) for *_, numbers in ends]
-        for k in problem.best(corrections) if corrections else []:
+        for k in problem.best(corrections):
             body, remedy, _ = ends[k]
             yield Candidate(
                 self.name,
                 f"{body} is in the file, not on the robot",
-                remedy,
+                edited(problem.samples, remedy),
                 corrections[k],
                 alternatives=len(ends),
                 unsure="the last link is wrong by as much",
@@ -284,14 +267,12 @@ class ChangeInTime(Hypothesis):
             return
         load = _carried(problem)
         size = np.sqrt((samples.torque**2).mean(axis=0)) + 1e-12
-        single = np.zeros((n, len(samples), n))
-        for i in range(n):
-            single[i, :, i] = 1.0
+        single = np.repeat(np.eye(n)[:, None], len(samples), axis=1)
         offsets = Added(single, _JUMP_SHARE * size)
         places = np.linspace(0.1, 0.9, 7) * len(order)
         ends = places[[0, -1]]
 
-        def changed(place: float, kind: Added) -> Correction:
+        def changed(place: float, kind: Added) -> Trial:
             after = (order >= place).astype(float)
             return problem.correction.with_added(Added(kind.columns * after[:, None], kind.sizes))
 
@@ -308,12 +289,11 @@ class ChangeInTime(Hypothesis):
                     [place, place - width * len(order), place + width * len(order)], *ends
                 ).tolist()
                 place = near[problem.best([changed(x, kind) for x in near])[0]]
-            at = samples.time[min(max(round(place), 0), len(order) - 1)]
-            when = f"{number(float(at))} s"
+            when = f"{number(float(samples.time[round(place)]))} s"
             yield Candidate(
                 self.name,
                 f"{sentence} at {when}",
-                f"split the log at {when}, and diagnose its parts",
+                edited(samples, f"split the log at {when}, and diagnose its parts"),
                 changed(place, kind),
                 numbers=numbers,
                 alternatives=9,

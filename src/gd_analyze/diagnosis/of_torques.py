@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, combinations_with_replacement
+from functools import partial
+from itertools import combinations
 
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.diagnosis.correction import Correction
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT
 from gd_analyze.diagnosis.hypothesis import (
     CLEAR_REMAINDER_RATIO,
@@ -18,11 +18,24 @@ from gd_analyze.diagnosis.hypothesis import (
     Candidate,
     Hypothesis,
     Problem,
+    least,
     signs,
+    standard_errors,
     swapped,
 )
-from gd_analyze.diagnosis.remedies import comma_separated, map_of_torques, scaled_positions, seconds
+from gd_analyze.diagnosis.remedies import (
+    Remedy,
+    corrected,
+    edited,
+    in_digits,
+    multiplied,
+    reordered,
+    with_constants,
+)
+from gd_analyze.diagnosis.trial import Trial
+from gd_analyze.motions.corrections import LONGEST_LAG_SECONDS
 from gd_analyze.text import named_joints, number, percent, to_digits_of, with_error
+from gd_analyze.units import TIME_UNITS
 
 # Factors that units and gears make of torques, and what they are.
 FACTORS = {
@@ -37,8 +50,8 @@ FACTORS = {
     1e3: "kN m",
     1e-6: "microN m",
 }
-# Step of a factor's logarithm over which a score's curvature is taken, and its largest standard error told.
-_CURVED_OVER, _LARGEST_ERROR = 0.1, 1.0
+# Step of a factor's logarithm over which a score's curvature is taken.
+_CURVED_OVER = 0.1
 # Currents and torques before the gears are, all together, less near to those of the joints than this: nearer
 # factors are another arm's.
 _CURRENTS_FACTOR = 4.0
@@ -57,35 +70,25 @@ class TorqueSign(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """All; and the best set of some, if there is one."""
-        n, correction = problem.n, problem.correction
-        joints = list(range(n))
-        yield Candidate(
-            self.name,
-            "All torques are reversed",
-            "--torque-sign -1",
-            correction.with_torque(signs(n, joints)),
-        )
+        n = problem.n
+
+        def reversed_(joints: Sequence[int]) -> Remedy:
+            return corrected(problem.samples, problem.unchanged.with_torque(signs(n, joints)))
+
+        yield self.exact(problem, "All torques are reversed", reversed_(range(n)))
         chosen: list[int] = []
         best = 0.0
         while len(chosen) < len(problem.moving):
             remaining = [i for i in problem.moving if i not in chosen]
-            scores = [problem.score(correction.with_torque(signs(n, [*chosen, i]))) for i in remaining]
+            scores = [problem.score(problem.mended(reversed_([*chosen, i]))) for i in remaining]
             if min(scores) > best - 10.0 and chosen:
                 break
             best = min(scores)
             chosen.append(remaining[int(np.argmin(scores))])
-        if not chosen or len(chosen) == len(problem.moving):
-            return
-        words = ",".join("-1" if i in chosen else "1" for i in range(n))
-        text = named_joints([i + 1 for i in sorted(chosen)], n)
-        subject = f"The torques of {text} are" if len(chosen) > 1 else f"The torque of {text} is"
-        yield Candidate(
-            self.name,
-            f"{subject} reversed",
-            f"--torque-sign {words}",
-            correction.with_torque(signs(n, chosen)),
-            alternatives=n ** len(chosen),
-        )
+        if chosen and len(chosen) < len(problem.moving):
+            text = named_joints([i + 1 for i in sorted(chosen)], n)
+            what = f"The torques of {text} are" if len(chosen) > 1 else f"The torque of {text} is"
+            yield self.exact(problem, f"{what} reversed", reversed_(chosen), alternatives=n ** len(chosen))
 
 
 class TorqueScale(Hypothesis):
@@ -95,13 +98,10 @@ class TorqueScale(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best known factor, or a free one where it is clearly better; or the unit that explains most."""
-        n, correction = problem.n, problem.correction
-
-        def scaled(factor: float) -> Correction:
-            return correction.with_torque(factor * np.eye(n))
+        all_joints = np.ones(problem.n)
 
         def score(logarithm: float) -> float:
-            return problem.score(scaled(float(np.exp(logarithm))))
+            return problem.score(_scaled(problem, np.exp(logarithm) * all_joints))
 
         scores = {factor: score(np.log(factor)) for factor in FACTORS}
         best = min(scores, key=lambda factor: scores[factor])
@@ -113,40 +113,29 @@ class TorqueScale(Hypothesis):
         is_known = bool(near) and scores[unit] < score(np.log(free)) + KNOWN_ADVANTAGE - COST_PER_NUMBER
         units = [unit] if is_known else []
         # Under another fault the best of scores may be absurd.
-        remains = {factor: problem.fit(scaled(factor)).remains for factor in (*FACTORS, free)}
+        remains = {
+            factor: problem.fit(_scaled(problem, factor * all_joints)).remains for factor in (*FACTORS, free)
+        }
         explains = min(FACTORS, key=lambda factor: remains[factor])
         if remains[explains] < CLEAR_REMAINDER_RATIO * remains[unit if is_known else free]:
             units.append(explains)
-        for factor in units:
-            name = FACTORS[factor]
-            sentence = f"All torques are in another unit ({name}): multiplied by {number(factor)} they fit"
-            yield self._candidate(sentence, factor, scaled(factor), alternatives=len(FACTORS))
+        told = [(factor, f"in another unit ({FACTORS[factor]})", number(factor), "") for factor in units]
+        typed = [in_digits(factor, 4) for factor in units]
         if not is_known and not 1.0 / _NOTICED_FACTOR < free < _NOTICED_FACTOR:
-            size = "small" if free > 1 else "large"
-            error = free * _errors(lambda x: score(float(x[0])), np.log([free]))[0]
-            sentence = f"All torques are too {size}: multiplied by {with_error(free, error)} they fit"
-            constant, more = to_digits_of(free, error), ", as where it is of another size"
-            yield self._candidate(sentence, free, scaled(free), constant=constant, numbers=1, more=more)
-
-    def _candidate(
-        self,
-        sentence: str,
-        factor: float,
-        correction: Correction,
-        constant: str = "",
-        numbers: int = 0,
-        alternatives: int = 1,
-        more: str = "",
-    ) -> Candidate:
-        return Candidate(
-            self.name,
-            sentence,
-            f"--torque-constant {','.join([constant or comma_separated([factor])] * len(correction.torque))}",
-            correction,
-            numbers=numbers,
-            alternatives=alternatives,
-            unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's{more}",
-        )
+            error = free * _errors(lambda x: score(x[0]), np.log([free]))[0]
+            size, more = "too small" if free > 1 else "too large", ", as where it is of another size"
+            told.append((free, size, with_error(free, error), more))
+            typed.append(float(to_digits_of(free, error)))
+        for (factor, what, times, more), constant in zip(told, typed, strict=True):
+            yield Candidate(
+                self.name,
+                f"All torques are {what}: multiplied by {times} they fit",
+                with_constants(problem.samples, constant * all_joints),
+                _scaled(problem, factor * all_joints),
+                numbers=1 if more else 0,
+                alternatives=1 if more else len(FACTORS),
+                unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's{more}",
+            )
 
 
 class JointScale(Hypothesis):
@@ -158,148 +147,106 @@ class JointScale(Hypothesis):
         """A factor of the joint for which it helps most; and factors of all."""
         ratios = np.array([_ratio_of(problem, i) for i in range(problem.n)])
         yield from self._of_one_joint(problem, ratios)
-        yield from self._of_all_joints(problem, ratios)
+        if len(problem.moving) > 1:
+            yield from self._of_all_joints(problem, ratios)
 
     def _of_one_joint(self, problem: Problem, ratios: FloatArray) -> Iterator[Candidate]:
-        n = problem.n
-
         def factors_of(joint: int, factor: float) -> FloatArray:
-            factors = np.ones(n)
-            factors[joint] = factor
-            return factors
+            return np.where(np.arange(problem.n) == joint, factor, 1.0)
 
-        best: dict[int, tuple[float, float]] = {}
-        for i in problem.moving:
+        def score(logarithm: float, joint: int) -> float:
+            return problem.score(_scaled(problem, factors_of(joint, np.exp(logarithm))))
 
-            def score(logarithm: float, i: int = i) -> float:
-                return _score_of(problem, factors_of(i, float(np.exp(logarithm))))
-
-            logarithm = _least(score, float(np.log(ratios[i])))
-            best[i] = score(logarithm), float(np.exp(logarithm))
-        joint = min(best, key=lambda i: best[i][0])
-        factor = best[joint][1]
+        ends = {i: _least(partial(score, joint=i), float(np.log(ratios[i]))) for i in problem.moving}
+        joint = min(ends, key=lambda i: score(ends[i], i))
+        factor = float(np.exp(ends[joint]))
         if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
             return
-        factors = factors_of(joint, factor)
-        error = (
-            factor
-            * _errors(lambda x: _score_of(problem, factors_of(joint, float(np.exp(x[0])))), np.log([factor]))[
-                0
-            ]
-        )
-        constants = ["1"] * n
-        constants[joint] = to_digits_of(factor, error)
+        error = factor * _errors(lambda x: score(x[0], joint), np.log([factor]))[0]
         yield Candidate(
             self.name,
             f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
             f"multiplied by {with_error(factor, error)} it fits",
-            f"--torque-constant {','.join(constants)}",
-            problem.correction.with_torque(np.diag(factors)),
+            with_constants(problem.samples, factors_of(joint, float(to_digits_of(factor, error)))),
+            _scaled(problem, factors_of(joint, factor)),
             numbers=1,
-            alternatives=n,
+            alternatives=problem.n,
             unsure="the masses that this joint carries, if it is the first that is loaded",
         )
 
     def _of_all_joints(self, problem: Problem, ratios: FloatArray) -> Iterator[Candidate]:
         """Factors of all joints, found one after the other, twice."""
         moving = problem.moving
-
-        def deviation(factors: FloatArray) -> float:
-            # Joints of which a log tells little have a factor like the others'.
-            logarithms = np.log(factors[moving])
-            deviations = (logarithms - np.median(logarithms)) / _CONSTANTS_DEVIATION
-            return float(np.square(deviations).sum())
-
-        logarithms = np.zeros(problem.n)
         common = float(np.log(_ratio_of(problem)))
-        logarithms[moving] = np.clip(np.log(ratios[moving]), common - 1.0, common + 1.0)
-        for _ in range(2):
-            for i in moving:
+        logarithms = np.clip(np.log(ratios[moving]), common - 1.0, common + 1.0)
 
-                def score(logarithm: float, i: int = i) -> float:
-                    changed = logarithms.copy()
-                    changed[i] = logarithm
-                    return _score_of(problem, np.exp(changed)) + deviation(np.exp(changed))
+        def factors_of(values: FloatArray) -> FloatArray:
+            factors = np.ones(problem.n)
+            factors[moving] = np.exp(values)
+            return factors
 
-                logarithms[i] = _least(score, float(logarithms[i]), width=0.7)
-        if np.ptp(logarithms[moving]) <= np.log(_NOTICED_FACTOR) or len(moving) < 2:
-            return
-        factors = np.exp(logarithms)
-        if 1.0 / _CURRENTS_FACTOR < np.median(factors[moving]) < _CURRENTS_FACTOR:
+        def score(values: FloatArray) -> float:
+            # Joints of which a log tells little have a factor like the others'.
+            deviations = (values - np.median(values)) / _CONSTANTS_DEVIATION
+            return problem.score(_scaled(problem, factors_of(values))) + float(np.square(deviations).sum())
+
+        def score_of(logarithm: float, place: int) -> float:
+            return score(np.where(np.arange(len(moving)) == place, logarithm, logarithms))
+
+        for k in [*range(len(moving))] * 2:
+            logarithms[k] = _least(partial(score_of, place=k), float(logarithms[k]), width=0.7)
+        factors = factors_of(logarithms)
+        is_currents = not 1.0 / _CURRENTS_FACTOR < np.median(factors[moving]) < _CURRENTS_FACTOR
+        if np.ptp(logarithms) <= np.log(_NOTICED_FACTOR) or not is_currents:
             return
         errors = np.zeros(problem.n)
-
-        def score_of_moving(changed: FloatArray) -> float:
-            all_factors = factors.copy()
-            all_factors[moving] = np.exp(changed)
-            return _score_of(problem, all_factors) + deviation(all_factors)
-
-        errors[moving] = factors[moving] * _errors(score_of_moving, logarithms[moving])
+        errors[moving] = factors[moving] * _errors(score, logarithms)
         pairs = list(zip(factors.tolist(), errors.tolist(), strict=True))
         told = ", ".join(with_error(*pair) for pair in pairs)
         yield Candidate(
             self.name,
             f"Torques are currents, or before the gears: times {told} they fit",
-            f"--torque-constant {','.join(to_digits_of(*pair) for pair in pairs)}",
-            problem.correction.with_torque(np.diag(factors)),
+            with_constants(problem.samples, np.array([float(to_digits_of(*pair)) for pair in pairs])),
+            _scaled(problem, factors),
             numbers=len(moving),
             unsure="all masses are wrong by a common factor beside",
         )
 
 
+def _scaled(problem: Problem, factors: FloatArray) -> Trial:
+    """Torques times a factor by joint."""
+    return problem.correction.with_torque(np.diag(factors))
+
+
+def _least(score: Callable[[float], float], begin: float, width: float = 1.2) -> float:
+    """Place of the least score near `begin`, of a logarithm."""
+    return least(score, begin - width, begin + width, 10, 0.02)
+
+
 def _errors(score: Callable[[FloatArray], float], logarithms: FloatArray) -> FloatArray:
-    """Standard errors of logarithms where a score, minus twice that of a likelihood, is least."""
-    steps = _CURVED_OVER * np.eye(len(logarithms))
-    curvature = np.zeros((len(steps), len(steps)))
-    for i, j in combinations_with_replacement(range(len(steps)), 2):
-        corners = [(a * b, score(logarithms + a * steps[i] + b * steps[j])) for a in (-1, 1) for b in (-1, 1)]
-        curvature[i, j] = curvature[j, i] = sum(sign * value for sign, value in corners)
-    sizes, ways = np.linalg.eigh(curvature / (2.0 * _CURVED_OVER) ** 2)
-    # Half the second derivative is the inverse of the covariance.
-    variances = 2.0 / np.maximum(sizes, 2.0 / _LARGEST_ERROR**2)
-    return np.asarray(np.sqrt(np.square(ways) @ variances))
-
-
-def _score_of(problem: Problem, factors: FloatArray) -> float:
-    """Score of torques times a factor by joint."""
-    return problem.score(problem.correction.with_torque(np.diag(factors)))
+    return standard_errors(score, logarithms, _CURVED_OVER)
 
 
 def _ratio_of(problem: Problem, joint: int | None = None) -> float:
     """File's torque over the measured one, friction in neither, as RMS: of a joint or of all."""
     equations = problem.equations[problem.correction.key] if problem.null else None
     assert equations is not None
-    shared, total = equations.shared, equations.total
-    file = shared + NUMBERS_OF_JOINT
-    joint_columns = list(range(shared, file))
+    total, file = equations.total, equations.shared + NUMBERS_OF_JOINT
     squares = np.zeros(2)
     for i in problem.moving if joint is None else [joint]:
-        torque = np.zeros(total.shape[1])
-        torque[file + 1 :] = problem.correction.torque[i]
         if not problem.null.residuals[i] >= 0.0:
             return 1.0
-        sums = np.zeros((len(joint_columns) + 2, len(joint_columns) + 2))
-        basis = np.zeros((total.shape[1], len(joint_columns) + 2))
-        basis[joint_columns, range(len(joint_columns))] = 1.0
-        basis[file, -2], basis[:, -1] = 1.0, torque
+        basis = np.zeros((total.shape[1], NUMBERS_OF_JOINT + 2))
+        basis[range(equations.shared, file + 1), range(NUMBERS_OF_JOINT + 1)] = 1.0
+        basis[file + 1 :, -1] = problem.correction.torque[i]
         sums = basis.T @ total[i] @ basis
         scale = np.sqrt(np.maximum(np.diag(sums), 1e-300))
         sums = sums / np.outer(scale, scale)
-        inner = sums[:-2, :-2] + 1e-9 * np.eye(len(joint_columns))
+        inner = sums[:-2, :-2] + 1e-9 * np.eye(NUMBERS_OF_JOINT)
         frictionless = sums[-2:, -2:] - sums[-2:, :-2] @ np.linalg.solve(inner, sums[:-2, -2:])
         squares += np.maximum(np.diag(frictionless), 1e-12) * scale[-2:] ** 2
     ratio = float(np.sqrt(squares[0] / squares[1])) if squares.all() else 1.0
     return float(np.clip(ratio, 1e-7, 1e7))
-
-
-def _least(score: Callable[[float], float], begin: float, width: float = 1.2) -> float:
-    """Place of the least score near `begin`, of a logarithm."""
-    from scipy.optimize import minimize_scalar
-
-    minimum = minimize_scalar(
-        score, bounds=(begin - width, begin + width), method="bounded", options={"xatol": 0.02, "maxiter": 10}
-    )
-    return float(minimum.x)
 
 
 class MotorSide(Hypothesis):
@@ -309,7 +256,6 @@ class MotorSide(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """All three; none if the file states no gears."""
-        correction = problem.correction
         ratios = np.array([drive.gear_ratio for drive in problem.arm.drives])
         if not (ratios != 1.0).any():
             return
@@ -319,10 +265,13 @@ class MotorSide(Hypothesis):
             ("Positions are", 1.0 / ratios, alone),
             ("Positions and torques are", 1.0 / ratios, ratios),
         ):
-            corrected = correction.with_position(np.diag(position)).with_torque(np.diag(torque))
-            remedy = scaled_positions(position, torque)
-            sentence = f"{subject} the motors': the file's own gear ratios fit"
-            yield Candidate(self.name, sentence, remedy, corrected, alternatives=3)
+            yield Candidate(
+                self.name,
+                f"{subject} the motors': the file's own gear ratios fit",
+                multiplied(problem.samples, position, torque),
+                problem.correction.with_position(np.diag(position)).with_torque(np.diag(torque)),
+                alternatives=3,
+            )
 
 
 class TorqueColumns(Hypothesis):
@@ -332,10 +281,10 @@ class TorqueColumns(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best pair that is swapped, the reversed order, and a shift by one."""
-        n, correction = problem.n, problem.correction
-        pairs = list(combinations(problem.moving, 2))
+        n = problem.n
         orders = [
-            (f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j)) for i, j in pairs
+            (f"The torques of joints {i + 1} and {j + 1} are exchanged", swapped(n, i, j))
+            for i, j in combinations(problem.moving, 2)
         ]
         whole = []
         if len(problem.moving) == n and n > 2:
@@ -345,18 +294,10 @@ class TorqueColumns(Hypothesis):
                 ("The torques are one column early", np.roll(np.eye(n), 1, axis=0)),
             ]
         for group in (orders, whole):
-            if not group:
-                continue
-            scores = [problem.score(correction.with_torque(matrix)) for _, matrix in group]
-            sentence, matrix = group[int(np.argmin(scores))]
-            source = matrix.argmax(axis=1).tolist()
-            yield Candidate(
-                self.name,
-                sentence,
-                map_of_torques(problem, source),
-                correction.with_torque(matrix),
-                alternatives=len(group),
-            )
+            remedies = [reordered(problem.samples, np.eye(n), order) for _, order in group]
+            scores = [problem.score(problem.mended(remedy)) for remedy in remedies]
+            for k in np.argsort(scores, kind="stable")[:1].tolist():
+                yield self.exact(problem, group[k][0], remedies[k], alternatives=len(group))
 
 
 class Lag(Hypothesis):
@@ -377,12 +318,15 @@ class Lag(Hypothesis):
             return
         low, high = lags[max(place - 1, 0)], lags[min(place + 1, len(lags) - 1)]
         lag = problem.along(lambda x: replace(correction, lag=x), float(low), float(high), 10)
-        if abs(lag) < 0.5 * step:
+        told = lag * correction.pace
+        if abs(lag) < 0.5 * step or abs(told) > LONGEST_LAG_SECONDS:
             return
+        size = f"{1e3 * abs(told):.3g} ms" if abs(told) < 1.0 else f"{abs(told):.3g} s"
+        typed = in_digits(told, 3, TIME_UNITS["ms"])
         yield Candidate(
             self.name,
-            f"Torques are {seconds(abs(lag) * correction.pace)} {'late' if lag > 0 else 'early'}",
-            f"--lag {seconds(lag * correction.pace).replace(' ', '')}",
+            f"Torques are {size} {'late' if lag > 0 else 'early'}",
+            corrected(problem.samples, replace(problem.unchanged, lag=typed)),
             replace(correction, lag=lag),
             numbers=1,
         )
@@ -403,7 +347,7 @@ class Drift(Hypothesis):
             return
         elapsed = (samples.time - samples.time[0]) / max(float(np.ptp(samples.time)), samples.step)
 
-        def drifting(logarithm: float, chosen: Array) -> Correction:
+        def drifting(logarithm: float, chosen: Array) -> Trial:
             gain = 1.0 + np.expm1(logarithm) * elapsed
             # The scale of torques is another cause's: the gain's logarithm has a mean of 0.
             gain /= np.exp(np.log(gain).mean())
@@ -417,7 +361,7 @@ class Drift(Hypothesis):
             if not problem.helps(scores.min()):
                 continue
 
-            def drifts(logarithm: float, chosen: Array = group[k]) -> Correction:
+            def drifts(logarithm: float, chosen: Array = group[k]) -> Trial:
                 return drifting(logarithm, chosen)
 
             low, high = float(self._GRID[place - 1]), float(self._GRID[place + 1])
@@ -428,7 +372,7 @@ class Drift(Hypothesis):
             yield Candidate(
                 self.name,
                 f"The gain of {whose} {way} by {percent(abs(change))} over the log",
-                "record when the drives are warm, or calibrate the torques",
+                edited(samples, "record when the drives are warm, or calibrate the torques"),
                 drifts(logarithm),
                 numbers=1,
                 alternatives=problem.n + 1,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
+from gd_analyze.motions.correction import at_instants
 from gd_analyze.motions.measured import directions, fastest_of, filtered_torque
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -51,9 +52,9 @@ class Samples:
         q, qd, qdd = (np.empty_like(self.q) for _ in range(3))
         for k, log in enumerate(self.logs):
             is_of_log = self.log == k
+            instants = np.clip(self.time[is_of_log] - lag, log.time[0], log.time[-1])
             for out, values in ((q, log.q), (qd, log.qd), (qdd, log.qdd)):
-                for i in range(values.shape[1]):
-                    out[is_of_log, i] = np.interp(self.time[is_of_log] - lag, log.time, values[:, i])
+                out[is_of_log] = at_instants(instants, log.time, values)
         return q, qd, qdd
 
     @property

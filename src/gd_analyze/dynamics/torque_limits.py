@@ -57,11 +57,9 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
         return f"at rest {number(at_rest)} times: check masses, gravity, payload and the limit"
     if speed > 2.0:
         excess = number(speed)
-        return (
-            f"velocities reach {excess} times their limits: check the units of time (--time-unit) and angle"
-        )
+        return f"velocities reach {excess} times their limits: check the units of time and angle (--map)"
     if factor > 2.0:
         most = np.abs(qdd).max()
         reached = f"accelerations reach {most:.4g} per s^2"
-        return f"{reached}: check the unit of time (--time-unit), and noise (--measured)"
+        return f"{reached}: check the unit of time (--map), and noise (--measured)"
     return "the motion is too fast, the load too heavy or the limit too low"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer, faults_in_wor
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import Fault, without_faults
 from gd_analyze.diagnosis.hypothesis import Candidate
-from gd_analyze.diagnosis.remedies import typed_together
+from gd_analyze.diagnosis.remedies import Remedy, another_column, reversed_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
 from gd_analyze.identification.doubts import doubts_of, scale_error
@@ -211,7 +212,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{typed_together([cause.remedy for cause in others])}; "
+            next_step=f"{reduce(Remedy.then, [cause.remedy for cause in others])}; "
             "anyway=True identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
@@ -426,13 +427,13 @@ def _require_friction_that_brakes(
     clear = (values < 0.0).all(axis=1) & (values < -SIGMAS * errors).any(axis=1)
     driven = np.flatnonzero(poor & clear).tolist()
     if driven:
-        signs = ",".join("-1" if i in driven else "1" for i in range(n))
+        signs = [-1.0 if i in driven else 1.0 for i in range(n)]
         raise UsageError(
             f"friction would drive {named_joints([i + 1 for i in driven], n)} instead of braking",
             where=f"arm {arm.name}",
             expected="torques positive towards growing positions",
-            next_step=f"--torque-sign {signs} reverses their torques; "
-            f"--map torque:{driven[0] + 1}=COLUMN names another column",
+            next_step=f"{reversed_torques(signs)} reverses their torques; "
+            f"{another_column('torque', driven[0])} names another column",
         )
 
 

@@ -1,27 +1,27 @@
-"""Roles of a log's columns: chosen by their names and the user's options, or refused."""
+"""Roles of a log's columns: the family of each quantity that its names prefer, or what the user says."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.families import Family, TimeColumns, arms_numbers, families_of, time_columns
-from gd_analyze.motions.mapping import (
-    joint_named,
-    listed_names,
-    map_option,
-    mapped_columns,
-    no_column,
-    patterns_given,
+from gd_analyze.motions.column_units import fitting_unit, units_of
+from gd_analyze.motions.families import Family, Numbering, families_of
+from gd_analyze.motions.instants import TimeColumns, time_columns
+from gd_analyze.motions.mapping import ColumnMap, listed_names, map_option
+from gd_analyze.motions.names import (
+    OTHER,
+    TIMED,
+    ColumnName,
+    JointNames,
+    are_of_set_points,
+    column_name,
 )
-from gd_analyze.motions.missing import (
-    ORDER,
+from gd_analyze.motions.not_understood import (
     PLURAL,
-    AmbiguityError,
     NamedLog,
     ambiguous,
     incomplete,
@@ -29,31 +29,18 @@ from gd_analyze.motions.missing import (
     no_currents,
     no_numbers,
     no_positions,
+    said_of,
     unknown_torques,
 )
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable
 from gd_analyze.motions.text import TextTable
-from gd_analyze.motions.words import (
-    Meaning,
-    fitting_unit,
-    is_of_set_points,
-    known_joints,
-    meaning_by_pattern,
-    meaning_of,
-    units_of,
-    words_of,
-)
+from gd_analyze.motions.vocabulary import words_in
 from gd_analyze.progress import Progress
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS, UNITS
 
-_TIMED = ("time", "sec", "nanosec", "index")
 _ZERO = "0 throughout"
-# Numbers of one quantity in two units agree to the digits with which logs are written.
-_EQUAL_DIGITS = 1e-5
-_SI = ("", "rad", "m", "N m", "N")
 
 Role = Literal["time", "unused"] | MotionRole
 
@@ -73,13 +60,13 @@ class ColumnUse:
 class Choice:
     """Columns used from a log."""
 
-    uses: tuple[tuple[int, ColumnUse], ...]  # columns with a role, in the order of the joints
+    uses: tuple[tuple[int, ColumnUse], ...]  # with a role, by joint; without a unit where none is stated
     time: TimeColumns | None  # column or columns of time; None if rows are counted
+    rate: float | None  # samples per second, where the user gives it
     unused: Mapping[int, str]  # reason for each unused column
     measured: bool  # whether these are readings
-    set_points: bool = False  # whether the rows are set points, used unchanged
-    remarks: tuple[str, ...] = ()  # warnings
-    families: Mapping[str, Family] = field(default_factory=dict)  # the families chosen, by role
+    set_points: bool  # whether the rows are set points, used unchanged
+    remarks: tuple[str, ...]  # warnings
 
     @property
     def wanted(self) -> tuple[list[int], tuple[int, ...]]:
@@ -92,63 +79,214 @@ class Choice:
 def chosen_columns(
     table: LogTable, arm: RobotArm, reading: Reading, progress: Progress
 ) -> tuple[Choice, Columns]:
-    """Choose columns and read them; choose again without families that are 0 throughout or given twice."""
-    left_out: dict[object, str] = {}
+    """Choose columns and read them; choose again without families that are 0 throughout."""
+    log = _named(table, arm, reading)
+    zero: list[Family] = []
     while True:
-        try:
-            outcome: Choice | AmbiguityError = _choose(table, arm, reading, left_out)
-        except AmbiguityError as error:
-            outcome = error
-        if isinstance(outcome, Choice):
-            families = () if outcome.set_points else tuple(outcome.families.values())
-            numbers, times = outcome.wanted
-        else:
-            families, times = outcome.families, ()
-            numbers = sorted({column for family in families for column in family.all_columns})
+        rivals = {role: families for role, families in _rivals(log, zero).items() if families}
+        choice = _choice(log, {role: families[0] for role, families in rivals.items()}, zero)
+        numbers, times = choice.wanted
+        every = [family for families in rivals.values() for family in families]
+        others = [family for families in rivals.values() for family in families[1:]]
+        numbers = sorted({*numbers, *(column for family in others for column in family.all_columns)})
         columns = table.read(numbers, times, progress)
         moving = {k for i, k in enumerate(numbers) if np.nan_to_num(columns.numbers[:, i]).any()}
+        resting = [family for family in every if family not in zero and not moving & {*family.all_columns}]
         # Where no row can be read, numbers say nothing of a family; `log_of` names the cell.
-        judged = families if len(columns.wrong) < len(columns.numbers) else ()
-        reasons: dict[object, str] = {f.key: _ZERO for f in judged if not moving & set(f.all_columns)}
-        if not isinstance(outcome, Choice) and not reasons:
-            reasons = _given_twice(families, arm, dict(zip(numbers, columns.numbers.T, strict=True)), table)
-        if reasons.keys() <= left_out.keys():
-            if isinstance(outcome, Choice):
-                _require_one_role_each(outcome, table)
-                return outcome, columns
-            raise outcome
-        left_out |= reasons
+        if resting and not choice.set_points and len(columns.wrong) < len(columns.numbers):
+            zero += resting
+            continue
+        for role, families in rivals.items():
+            if len(families) > 1:
+                raise ambiguous(role, families, log)
+        _require_one_role_each(choice, table)
+        return choice, columns
 
 
-def _given_twice(
-    families: Sequence[Family], arm: RobotArm, numbers: Mapping[int, FloatArray], table: LogTable
-) -> dict[object, str]:
-    """Families with the numbers of another, maybe in another unit, such as degrees beside radians.
+def _named(table: LogTable, arm: RobotArm, reading: Reading) -> NamedLog:
+    """The names of the columns, read for the arm and as the user says, and their families."""
+    given = ColumnMap.of(table, arm, reading)
+    # In a file of set points q1 is the arm's first joint, whatever its name.
+    in_order = are_of_set_points(table.names)
+    arm_names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
+    joints = JointNames.as_given(given.joints) if given.joints else JointNames.of(arm_names)
+    names = [_judged(column_name(text, joints), table, k, reading) for k, text in enumerate(table.names)]
+    names = _with_joints_in_cells(names, table, joints)
+    for column, unit in given.units.items():
+        names[column] = replace(names[column], unit=unit, fault="")
+    families = families_of(
+        {k: name for k, name in enumerate(names) if name.role not in given.patterns}, arm_names
+    )
+    for role, starred in given.patterns.items():
+        patterned = {k: _as_said(names[k], role, column_name(star, joints)) for k, star in starred.items()}
+        families += families_of({k: name for k, name in patterned.items() if name.role == role}, arm_names)
+    return NamedLog(table, arm, reading, given, names, families, arm_names)
 
-    Of these the one in SI units stays, else the first.
-    """
 
-    def in_si(family: Family) -> FloatArray | None:
-        """Numbers, (n, N); None where their units are not known."""
-        sizes = []
-        for joint in arm.joints:
-            units = units_of(family.role, joint.kind == "revolute")
-            unit = fitting_unit(family.unit or next(iter(units)), family.role, joint.kind == "revolute")
-            sizes.append(np.nan if unit is None else units[unit])
-        columns = [columns[0] for _, columns in sorted(family.columns.items())]
-        return None if np.isnan(sizes).any() else np.array([numbers[c] for c in columns]) * np.c_[sizes]
+def _judged(name: ColumnName, table: LogTable, column: int, reading: Reading) -> ColumnName:
+    """No quantity where the cells are text; currents are torques where the user says what they give."""
+    if name.role == "current" and reading.torque_constant is not None:
+        name = replace(name, role="torque", rank=1, unit=name.unit or "A")
+    elif name.role == "torque" and name.unit in UNITS["current"] and reading.torque_constant is None:
+        name = replace(name, fault=f"in {name.unit}, no unit of torque")
+    if name.role == "time" and name.unit not in ("", *TIME_UNITS):
+        name = replace(name, role="other")
+    has_text = name.role in (*ROLES, "time") and {type(cell) for cell in table.head(column)} == {str}
+    return replace(name, fault="text") if has_text else name
 
-    first, *others = sorted(families, key=lambda family: family.unit.partition("/")[0] not in _SI)
-    values, same = in_si(first), f"the same as {table.names[first.all_columns[0]]} ..."
-    if values is None:
-        return {}
-    tolerance = _EQUAL_DIGITS * float(np.nanmax(np.abs(values), initial=0.0))
-    copies: dict[object, str] = {}
-    for family in others:
-        other = in_si(family)
-        if other is not None and np.allclose(other, values, rtol=0.0, atol=tolerance, equal_nan=True):
-            copies[family.key] = same
-    return copies
+
+def _with_joints_in_cells(names: list[ColumnName], table: LogTable, joints: JointNames) -> list[ColumnName]:
+    """Joints of numbered columns, where columns name0, name1 and so on hold the joints' names."""
+    naming = {
+        k: name.number for k, name in enumerate(names) if name.role == "names" and name.number is not None
+    }
+    cells = {k: cell for k in naming for cell in reversed(table.head(k)) if isinstance(cell, str)}
+    if not cells:
+        return names
+    if isinstance(table, TextTable):
+        table.require_constant(cells, or_empty=True)
+    called = {naming[k]: cell for k, cell in cells.items()}
+
+    def named(name: ColumnName) -> ColumnName:
+        if name.role not in ROLES or name.number not in called:
+            return name
+        words = words_in(called[name.number])
+        joint = joints.phrases.get(words)
+        return replace(name, joint=joint, number=None, label=words if joint is None else ())
+
+    return [named(name) for name in names]
+
+
+def _as_said(name: ColumnName, role: str, star: ColumnName) -> ColumnName:
+    """A column by the user's pattern, whose star stands for the joint; the time stays the time."""
+    if name.role in TIMED:
+        return name
+    name = replace(name, joint=star.joint, number=star.number, label=star.label)
+    return replace(name, role=role, rank=0, topic=(), key=(role, *star.label), fault="")
+
+
+def _rivals(log: NamedLog, zero: Sequence[Family]) -> dict[str, list[Family]]:
+    """Families of each role that its names prefer equally; none where the user names all columns, or none."""
+    rivals: dict[str, list[Family]] = {}
+    for role in ROLES:
+        if role not in log.given.left_out and len(log.given.columns_of(role)) < log.arm.n_joints:
+            rivals[role] = _preferred(log, role, next(iter(rivals.get("q", ())), None), zero)
+    return rivals
+
+
+def _preferred(log: NamedLog, role: MotionRole, q: Family | None, zero: Sequence[Family]) -> list[Family]:
+    """The preferred families of a role that have all joints; positions, and what the user names, must."""
+    patterned, mapped = role in log.given.patterns, log.given.columns_of(role)
+    of_role = [family for family in log.families if family.role == role]
+    if role != "q" and q is not None and not patterned:
+        # Quantities of the positions' topic, measured or commanded like them.
+        of_role = [
+            family
+            for family in of_role
+            if ("q" in log.given.patterns or family.topic == q.topic)
+            and (family.kind == "target") == (q.kind == "target")
+        ]
+    complete = [f for f in of_role if all(j in f.columns or j in mapped for j in range(log.arm.n_joints))]
+    alive = [family for family in complete if family not in zero]
+    if not complete and (role == "q" or patterned or mapped):
+        raise _absent(log, role, of_role)
+    if role == "q" or patterned:
+        alive = alive or complete
+
+    def preference(family: Family) -> tuple[object, ...]:
+        return (q is not None and family.kind != q.kind, *family.preference)
+
+    best = min(map(preference, alive), default=())
+    preferred = [family for family in alive if preference(family) == best]
+    # The same names in two units, such as q0_deg and q0_rad, are the same angle.
+    in_si = {family.key for family in preferred if family.is_si}
+    return [family for family in preferred if family.is_si or family.key not in in_si]
+
+
+def _absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Exception:
+    if log.given.columns_of(role):
+        return incomplete(log, role)
+    text = [k for k, name in enumerate(log.names) if name.role == role and name.fault == "text"]
+    if text:
+        return no_numbers(log.table, text[0])
+    return lacking(log, role, of_role) if of_role else no_positions(log)
+
+
+def _choice(log: NamedLog, chosen: Mapping[str, Family], zero: Sequence[Family]) -> Choice:
+    """The columns of the chosen families and of the user, and what is said of the others."""
+    table, reading, given = log.table, log.reading, log.given
+    named = table.set_points and not reading.map
+    uses = [use for role in ROLES for use in _uses(log, role, chosen.get(role))]
+    roles = {use.role for _, use in uses}
+    if reading.torque_constant is not None and "torque" not in roles:
+        raise no_currents(log)
+    planned = table.planned
+    if planned is None:
+        kinds = {role: family.kind for role, family in chosen.items()}
+        has_plans_qdd = "qdd" in roles and kinds.get("qdd") != "measured"
+        planned = are_of_set_points(table.names) or kinds.get("q") == "target" or has_plans_qdd
+    measured = not planned if reading.measured is None else reading.measured
+    time = time_columns(table, log.names, given)
+    exact = table.set_points and not measured and given.rate is None
+    if exact and time is not None:
+        why = "as in files of set points" if not given.time_unit else "as given"
+        time = replace(time, unit=given.time_unit or "s", why=why)
+    unused = _unused(log, {column for column, _ in uses}, chosen, zero)
+    if exact and named and unused:
+        column = min(unused)
+        kind = log.names[column].role
+        message = f"column {table.names[column]} does not fit arm {log.arm.name}"
+        expected = f"{kind}1..{kind}{log.arm.n_joints}, or no {kind} at all"
+        step = "choose the arm of this file, or complete the columns"
+        raise refusal(message, table.where(None, column), expected, listed_names(table.names), step)
+    remarks = _remarks(log, chosen, zero)
+    if measured and "torque" not in roles and "torque" not in given.left_out:
+        remarks += unknown_torques(log, {column for column, _ in uses})
+    return Choice(tuple(uses), time, given.rate, unused, measured, exact, tuple(remarks))
+
+
+def _uses(log: NamedLog, role: MotionRole, family: Family | None) -> list[tuple[int, ColumnUse]]:
+    """The columns of a role, in the order of the joints."""
+    table, mapped, uses = log.table, log.given.columns_of(role), []
+    if family is None and not mapped:
+        return []
+    for index, joint in enumerate(log.arm.joints):
+        columns = family.columns.get(index, ()) if family is not None else ()
+        if index in mapped:
+            column, why = mapped[index], "as given"
+        elif family is None or not columns:
+            raise incomplete(log, role)
+        elif len(columns) > 1:
+            message = f"{len(columns)} columns hold {role} of {joint.name}"
+            candidates = listed_names([f"{table.names[c]} (column {c + 1})" for c in columns])
+            pairs = (map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
+            step = f"choose: {' or '.join(pairs)}"
+            raise refusal(message, table.where(None, columns[1]), "one", candidates, step)
+        else:
+            column, why = columns[0], "as given" if role in log.given.patterns else family.why
+        unit = _unit_of(log, role, index, column)
+        uses.append((column, ColumnUse(table.shown(column), role, joint.name, unit, why)))
+    return uses
+
+
+def _unit_of(log: NamedLog, role: MotionRole, index: int, column: int) -> str:
+    """Unit that name or user state for a column of a joint; "" where neither does."""
+    table, joint = log.table, log.arm.joints[index]
+    revolute, currents = joint.kind == "revolute", log.reading.torque_constant is not None
+    stated = log.names[column].unit
+    if role in log.given.role_units and column not in log.given.units:
+        # A unit given for all joints is that of those it fits, such as degrees of those that turn.
+        return fitting_unit(log.given.role_units[role], role, revolute, currents) or ""
+    unit = fitting_unit(stated, role, revolute, currents) if stated else ""
+    if unit is not None:
+        return unit
+    message = f"column {table.names[column]} is in {stated}"
+    if role == "torque" and stated in UNITS["current"]:
+        step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
+        raise refusal(message, table.where(None, column), "the joint's torque per ampere", stated, step)
+    another = f"--map '{role}:{joint.name}=COLUMN' names another"
+    step = f"check its joint, as {joint.name} is {joint.kind}; {another}"
+    raise refusal(message, table.where(None, column), ", ".join(units_of(role, revolute)), stated, step)
 
 
 def _require_one_role_each(choice: Choice, table: LogTable) -> None:
@@ -163,291 +301,77 @@ def _require_one_role_each(choice: Choice, table: LogTable) -> None:
         used[column] = use
 
 
-def _choose(table: LogTable, arm: RobotArm, reading: Reading, left_out: Mapping[object, str]) -> Choice:
-    """Choose columns, or refuse; `left_out` are the keys of families that their numbers leave out."""
-    mapped, units = mapped_columns(table, arm, reading)
-    meanings = _meanings(table, arm, reading)
-    for column, unit in units.items():
-        meanings[column] = replace(meanings[column], unit=unit)
-    plain = [name.strip().lower().removesuffix("_deg") for name in table.names]
-    first_of: dict[str, int] = {}
-    for k, name in enumerate(plain if table.set_points and not reading.map else ()):
-        if first_of.setdefault(name, k) < k:
-            places = f"{table.names[k]} in column {k + 1}, {name} in column {first_of[name] + 1}"
-            raise refusal(f"column {name} is given twice", table.where(None, k), "one column", places)
-    # In a file of set points q1 is the arm's first joint, whatever its name, with or without a header line.
-    named = any(table.names) and all(is_of_set_points(name) for name in table.names if name)
-    complete = sum(meaning.role == "q" for meaning in meanings) == arm.n_joints
-    in_order = table.set_points or (named and complete)
-    names = [str(k + 1) if in_order else joint.name for k, joint in enumerate(arm.joints)]
-    families = families_of(meanings, names, table.names)
-    patterned = frozenset(pattern.role for pattern in patterns_given(table, reading))
-    log = NamedLog(table, arm, reading, meanings, families, patterned, left_out)
-    chosen: dict[str, Family] = {}
-    uses: list[tuple[int, ColumnUse]] = []
-    for role in ROLES:
-        column_of_joint = {
-            joint: column for (mapped_role, joint), column in mapped.items() if mapped_role == role
-        }
-        if -1 in column_of_joint:
-            continue
-        is_complete = len(column_of_joint) >= arm.n_joints
-        family = None if is_complete else _family(log, role, chosen.get("q"), column_of_joint)
-        if family is not None:
-            chosen[role] = family
-        if family is not None or column_of_joint:
-            uses += _uses(log, role, family, column_of_joint)
-    roles = {use.role for _, use in uses}
-    if reading.torque_constant is not None and "torque" not in roles:
-        raise no_currents(log)
-    kinds = {role: family.kind for role, family in chosen.items()}
-    planned = table.planned
-    if planned is None:
-        planned = named or kinds.get("qdd") == "plain" or kinds.get("q") == "target"
-    measured = not planned if reading.measured is None else reading.measured
-    time = _time(log, mapped)
-    exact = table.set_points and not measured and reading.rate is None
-    if exact and time is not None:
-        why = "as in files of set points" if reading.time_unit is None else "as given"
-        time = replace(time, unit=reading.time_unit or "s", why=why)
-    unused = _unused(log, {column for column, _ in uses}, chosen)
-    if exact and unused and not (reading.columns or reading.map or reading.family):
-        column = min(unused)
-        kind = plain[column].rstrip("0123456789")
-        message = f"column {table.names[column]} does not fit arm {arm.name}"
-        where = table.where(None, column)
-        expected = f"{kind}1..{kind}{arm.n_joints}, or no {kind} at all"
-        step = "choose the arm of this file, or complete the columns"
-        raise refusal(message, where, expected, listed_names(table.names), step)
-    remarks = _remarks(log, chosen)
-    if measured and "torque" not in roles and ("torque", -1) not in mapped:
-        remarks += unknown_torques(log, {column for column, _ in uses})
-    return Choice(tuple(uses), time, unused, measured, exact, tuple(remarks), chosen)
-
-
-def _meanings(table: LogTable, arm: RobotArm, reading: Reading) -> list[Meaning]:
-    """Meanings of the columns' names; columns of text and those not asked for have none."""
-    joints = known_joints([joint.name for joint in arm.joints])
-    known = {word for joint in arm.joints for word in words_of(joint.name) if len(word) > 1}
-    for role, log_name in reading.map:
-        if role.startswith("joint:"):
-            joint = joint_named(role.removeprefix("joint:"), arm)
-            joints = {words: k for words, k in joints.items() if k != joint} | {words_of(log_name): joint}
-    named = tuple(name or "-" for name in table.names) == reading.columns  # for a file without a header
-    only = set() if named else set(reading.columns)
-    for name in sorted(only - set(table.names)):
-        raise no_column(name, table, "--columns")
-    meanings = []
-    for k, name in enumerate(table.names):
-        asked = name and (not only or name in only)
-        meaning = meaning_of(name, joints, known) if asked else Meaning("other")
-        unit, role = meaning.unit, meaning.role
-        if role in ROLES:
-            currents = reading.torque_constant is not None
-            fits = not unit or any(fitting_unit(unit, role, kind, currents) for kind in (True, False))
-        else:
-            fits = role != "time" or unit in ("", *TIME_UNITS)
-        text = role in (*ROLES, "time") and {type(cell) for cell in table.head(k)} == {str}
-        if not fits or text:
-            meaning = Meaning("other", unit=unit, word=role, rejected="text" if text else "unit")
-        meanings.append(meaning)
-    # Columns name0, name1 and so on hold the joints' names of the numbered columns.
-    naming = [
-        k for k, meaning in enumerate(meanings) if meaning.role == "name" and meaning.number is not None
-    ]
-    cells = {k: cell for k in naming for cell in reversed(table.head(k)) if isinstance(cell, str)}
-    if cells and isinstance(table, TextTable):
-        table.require_constant(cells, or_empty=True)
-    labels = {meanings[k].number: words_of(text) for k, text in cells.items()}
-    for k, meaning in enumerate(meanings):
-        label = labels.get(meaning.number)
-        if meaning.role in ROLES and label is not None and meaning.joint is None:
-            meanings[k] = replace(meaning, token=() if label in joints else label, joint=joints.get(label))
-    patterns = [(pattern, pattern.columns(table)) for pattern in patterns_given(table, reading)]
-    for pattern, stars in patterns:
-        if not stars:
-            raise no_column(pattern.text, table, "--map")
-    replaced = {pattern.role for pattern, _ in patterns}
-    meanings = [Meaning("other", unit=m.unit) if m.role in replaced else m for m in meanings]
-    for pattern, stars in patterns:
-        for k, star in stars.items():
-            if meanings[k].role in _TIMED:
-                continue
-            unit = pattern.unit or meanings[k].unit
-            meanings[k] = meaning_by_pattern(pattern.role, pattern.text, star, unit, joints)
-    return meanings
-
-
-def _family(log: NamedLog, role: str, q: Family | None, column_of_joint: Mapping[int, int]) -> Family | None:
-    """Choose the family of a role; positions are required."""
-    words = [word for phrase in log.reading.words_for(role) for word in words_of(phrase)]
-    of_role = [f for f in log.families if f.role == role and all(word in f.words for word in words)]
-    if role != "q" and q is not None and not words and role not in log.patterned:
-        # Quantities of the positions' topic, measured or commanded like them, are preferred.
-        commanded = q.kind == "target"
-        any_topic = "q" in log.patterned
-        of_role = [
-            f for f in of_role if (any_topic or f.topic == q.topic) and (f.kind == "target") == commanded
-        ]
-    complete = [
-        f for f in of_role if all(j in f.columns or j in column_of_joint for j in range(log.arm.n_joints))
-    ]
-    alive = [family for family in complete if family.key not in log.left_out]
-    if not complete and (role == "q" or role in log.patterned):
-        if column_of_joint:
-            raise incomplete(log, role, column_of_joint)
-        texts = log.rejected(role, "text")
-        if texts:
-            raise no_numbers(log.table, texts[0])
-        raise lacking(log, role, of_role) if of_role else no_positions(log, words)
-    if not complete or (not alive and role != "q" and role not in log.patterned):
-        return None
-
-    def preference(family: Family) -> tuple[int, ...]:
-        other_group = 0 if q is None else int(family.group != q.group)
-        return other_group, ORDER[family.kind], family.rank, int(bool(family.label))
-
-    best = min(map(preference, alive or complete))
-    choices = [family for family in alive or complete if preference(family) == best]
-    if len(choices) > 1:
-        raise ambiguous(role, choices, log.table)
-    return choices[0]
-
-
-def _uses(
-    log: NamedLog, role: MotionRole, family: Family | None, column_of_joint: Mapping[int, int]
-) -> list[tuple[int, ColumnUse]]:
-    table, uses = log.table, []
-    for index, joint in enumerate(log.arm.joints):
-        columns = family.columns.get(index, ()) if family is not None else ()
-        if index in column_of_joint:
-            column, why = column_of_joint[index], "as given"
-        elif not columns or family is None:
-            raise incomplete(log, role, column_of_joint)
-        elif len(columns) > 1:
-            message = f"{len(columns)} columns hold {role} of {joint.name}"
-            where = table.where(None, columns[1])
-            candidates = listed_names([f"{table.names[c]} (column {c + 1})" for c in columns])
-            pairs = (map_option(f"{role}:{joint.name}=#{c + 1}") for c in columns[:4])
-            step = f"choose: {' or '.join(pairs)}"
-            raise refusal(message, where, "one", candidates, step)
-        else:
-            column, why = columns[0], "as given" if role in log.patterned else family.why
-        stated_unit, is_revolute = log.meanings[column].unit, joint.kind == "revolute"
-        if not stated_unit:
-            degrees = log.reading.degrees and is_revolute and role != "torque"
-            stated_unit = "deg" if degrees else next(iter(units_of(role, is_revolute)))
-        currents = log.reading.torque_constant is not None
-        unit = fitting_unit(stated_unit, role, is_revolute, currents)
-        if unit is None and role == "torque" and stated_unit in UNITS["current"]:
-            message, expected = (
-                f"column {table.names[column]} is in {stated_unit}",
-                "the joint's torque per ampere",
-            )
-            step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
-            raise refusal(message, table.where(None, column), expected, stated_unit, step)
-        if unit is None:
-            message = f"column {table.names[column]} is in {stated_unit}"
-            expected = ", ".join(units_of(role, is_revolute))
-            another = f"--map '{role}:{joint.name}=COLUMN' names another"
-            step = f"check its joint, as {joint.name} is {joint.kind}; {another}"
-            raise refusal(message, table.where(None, column), expected, stated_unit, step)
-        uses.append((column, ColumnUse(table.shown(column), role, joint.name, unit, why)))
-    return uses
-
-
-def _time(log: NamedLog, mapped: Mapping[tuple[str, int], int]) -> TimeColumns | None:
-    """Column of time; None where rows are counted."""
-    table = log.table
-    if ("time", 0) in mapped:
-        unit = log.meanings[mapped["time", 0]].unit
-        return TimeColumns((mapped["time", 0],), unit if unit in TIME_UNITS else "", "as given")
-    time, stand = None, [False] * len(table.names)
-    if ("time", -1) not in mapped:
-        stand = [meaning.role in _TIMED and table.stands(k) for k, meaning in enumerate(log.meanings)]
-        time = time_columns(table.names, log.meanings, stand, table.where())
-    if time is None and log.reading.rate is None:
-        if any(stand):
-            column = stand.index(True)
-            cell = table.head(column)[0]
-            stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
-            message = f"all rows at one instant: {table.names[column]} does not change"
-            expected = "stamps that increase"
-            step = "write its stamps with all digits, or give the samples per second with --rate HZ"
-            raise refusal(message, table.where(None, column), expected, stamp, step)
-        step = "name it with --map time=COLUMN, or give the samples per second with --rate HZ"
-        expected = "a column such as time, timestamp or header.stamp, in numbers"
-        for k, name in enumerate(table.names):
-            cells = table.head(k)
-            if meaning_of(name, {}).role == "time" and any(isinstance(cell, str) for cell in cells):
-                message = f"the time in column {name} is text that is not read as instants"
-                expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
-                raise refusal(message, table.where(None, k), expected, in_python(cells[0]), step)
-        message = "no column is recognized as time"
-        raise refusal(message, table.where(), expected, listed_names(table.names), step)
-    return time
-
-
-def _unused(log: NamedLog, used: set[int], chosen: Mapping[str, Family]) -> dict[int, str]:
+def _unused(
+    log: NamedLog, used: set[int], chosen: Mapping[str, Family], zero: Sequence[Family]
+) -> dict[int, str]:
     """Why each of the other columns is left out."""
-    why: dict[int, str] = {}
-    for column, meaning in enumerate(log.meanings):
-        if column not in used and meaning.role not in _TIMED:
-            why[column] = _why_unused(meaning)
+    why = {
+        column: _why_unused(name)
+        for column, name in enumerate(log.names)
+        if column not in used and name.role not in TIMED
+    }
     for family in log.families:
-        reason = log.left_out.get(family.key, "of another family")
+        reason = _ZERO if family in zero else "of another family"
         if family.kind == "target" and "q" in chosen and chosen["q"].kind != "target":
             reason = "target; measured is used"
-        why |= dict.fromkeys(set(family.all_columns) - used, reason)
+        why |= dict.fromkeys({*family.all_columns} - used, reason)
         if family.why != "by name":
-            why |= dict.fromkeys(set(family.extra) - used, "of a joint that the arm lacks")
+            why |= dict.fromkeys({*family.extra} - used, "of a joint that the arm lacks")
     return why
 
 
-def _why_unused(meaning: Meaning) -> str:
+def _why_unused(name: ColumnName) -> str:
     """Why a column is no quantity of the joints' motion, by its name."""
-    if meaning.role == "name":
+    if name.role == "names":
         return "names of joints"
-    if meaning.rejected == "text":
-        return "text, not numbers"
-    if meaning.rejected == "unit":
-        return f"in {meaning.unit}, no unit of {meaning.word}"
-    if meaning.unknown and (meaning.joint is not None or meaning.number is not None):
-        return f"beside the joint, what {' '.join(meaning.unknown)} means is unknown"
-    return "no quantity of the joints' motion"
+    if name.fault:
+        return "text, not numbers" if name.fault == "text" else name.fault
+    if name.role == "current":
+        return "currents; --torque-constant makes torques of them"
+    if name.is_unclear:
+        return f"beside the joint, what {' '.join((*name.label, *name.topic)) or 'the rest'} means is unknown"
+    return OTHER
 
 
-def _remarks(log: NamedLog, chosen: Mapping[str, Family]) -> list[str]:
+def _remarks(log: NamedLog, chosen: Mapping[str, Family], zero: Sequence[Family]) -> list[str]:
     """Warnings of joints under other names or of another arm, and of columns that are 0 throughout."""
     remarks = []
-    q = chosen.get("q")
-    if q is not None and q.renamed:
-        (log_name, arm_name), *_ = q.renamed
-        if len(q.renamed) == 1:
-            matched, changes = f"{log_name} is taken for {arm_name}, the only other joint", "confirms it"
+    q, names, arm = chosen.get("q"), log.table.names, log.arm
+    renamed = [] if q is None else [pair for pair in q.renamed if pair[0] not in log.given.columns_of("q")]
+    if q is not None and renamed:
+        pairs = [f"{names[column]} is {arm.joints[joint].name}" for joint, column in renamed]
+        if len(renamed) == 1:
+            ((rail, only),) = renamed
+            option = map_option(f"q:{arm.joints[rail].name}={names[only]}")
+            remarks.append(f"{pairs[0]}, the only other joint; {option} confirms it")
         else:
-            matched = f"joints matched by number, as their names differ: {log_name} is {arm_name}"
-            matched, changes = f"{matched} ... {' is '.join(q.renamed[-1])}", "and so on changes this"
-        remarks.append(f"{matched}; {map_option(f'joint:{arm_name}={log_name}')} {changes}")
-    counts = arms_numbers([joint.name for joint in log.arm.joints])
-    if q is not None and not q.label and q.why.startswith("by number") and counts is not None:
-        astray = next((k for k, number in enumerate(counts[1]) if number != sorted(counts[1])[k]), None)
+            matched = f"joints matched by number, as their names differ: {pairs[0]} ... {pairs[-1]}"
+            remarks.append(f"{matched}; {map_option(said_of('q', q, log))} confirms it")
+    numbering = Numbering.of([joint.name for joint in arm.joints])
+    if q is not None and not q.label and q.why.startswith("by number") and numbering.label is not None:
+        numbers = {joint: number for number, joint in numbering.joints.items()}
+        counts = [numbers[k] for k in range(arm.n_joints)] if not numbering.partial else []
+        astray = next((k for k, number in enumerate(counts) if number != sorted(counts)[k]), None)
         if astray is not None:
-            column, joint = log.table.names[q.columns[astray][0]], log.arm.joints[astray].name
+            column, joint = names[q.columns[astray][0]], arm.joints[astray].name
             remarks.append(f"{column} is used for {joint}, joint {astray + 1} of the chain; check the order")
     # An arm selected from a longer chain may count like the log.
-    is_picked = counts is not None and max(counts[1]) - min(counts[1]) >= log.arm.n_joints
+    counts = [*numbering.joints] if numbering.label is not None and not numbering.partial else [0]
+    is_picked = max(counts) - min(counts) >= arm.n_joints
     if q is not None and q.extra and q.why.startswith("by number") and not is_picked:
-        left_out = listed_names([log.table.names[k] for k in q.extra])
         logged = f"{len(q.columns) + len(q.extra)} joints logged"
-        check = f"left out: {left_out}; check that the log belongs to this arm"
-        remarks.append(f"{logged}, {log.arm.n_joints} in arm {log.arm.name}; {check}")
+        check = (
+            f"left out: {listed_names([names[k] for k in q.extra])}; check that the log belongs to this arm"
+        )
+        remarks.append(f"{logged}, {arm.n_joints} in arm {arm.name}; {check}")
     for role, family in chosen.items():
-        for reason in dict.fromkeys(log.left_out.values()):
-            keys = {key for key in log.left_out if log.left_out[key] == reason} - {family.key}
-            others = [f for f in log.families if f.role == role and f.key in keys]
-            if others:
-                first = ", ".join(log.table.names[min(f.all_columns)] for f in others)
-                source = log.table.names[min(family.all_columns)]
-                remarks.append(f"{first} ... are {reason}; {PLURAL[role]} taken from {source} ...")
+        others = [other for other in zero if other.role == role and other is not family]
+        if others:
+            first = ", ".join(names[min(other.all_columns)] for other in others)
+            source = names[min(family.all_columns)]
+            remarks.append(f"{first} ... are {_ZERO}; {PLURAL[role]} taken from {source} ...")
+        same = [other for other in log.families if other.key == family.key and other.unit != family.unit]
+        if same:
+            first, source = names[min(same[0].all_columns)], names[min(family.all_columns)]
+            remarks.append(f"{first} ... are the same as {source} ... in another unit, and are not read")
     return remarks

@@ -1,29 +1,40 @@
-"""What the user says is wrong with a log's numbers: signs, zeros, coupled joints, late torques."""
+"""Corrections in words: signs, zeros, coupled joints and late torques as options.
+
+Words become a `Correction` once the arm is known (`Corrections.of_arm`); `typed` makes words of it again.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.motions.correction import Correction, inverse
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import in_python, number_in
-from gd_analyze.units import Quantity, joint_units
+from gd_analyze.text import LARGEST, in_python, number_in
+from gd_analyze.units import UNITS, Quantity, joint_units
 
 _COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
 # A torque that lags more is another motion's.
-_LONGEST_LAG_SECONDS = 10.0
+LONGEST_LAG_SECONDS = 10.0
+# Condition number beyond which coupled joints cannot be told apart any more; of counts of an encoder, and of
+# radians beside them, it is some 1e7.
+_LARGEST_CONDITION = 1e9
+# Significant digits of factors, of which the last of a double are round-off, and of a value in a small unit.
+_DIGITS_OF_FACTORS, _DIGITS_IN_SMALL_UNIT = 12, 9
+# Share of a row's largest factor below which one is round-off.
+_ROUND_OFF_SHARE = 1e-10
 
 
 @dataclass(frozen=True)
 class Corrections:
-    """Corrections of a log, in the order in which they are done; empty ones change nothing.
+    """Corrections of a log as typed, in the order in which they are done; empty ones change nothing.
 
     Parameters
     ----------
@@ -76,71 +87,152 @@ class Corrections:
     def __bool__(self) -> bool:
         return self != Corrections()
 
-    @property
-    def words(self) -> str:
-        """The corrections as options."""
-        signs = {"--position-sign": self.position_sign, "--torque-sign": self.torque_sign}
-        out = [f"--couple {word}" for word in self.couple]
-        out += [f"{name} {','.join(f'{x:g}' for x in values)}" for name, values in signs.items() if values]
-        out += [f"--offset {joint}={value}" for joint, value in self.offset]
-        return " ".join(out + ([f"--lag {self.lag:g}s"] if self.lag else []))
-
-    def applied(
-        self, time: FloatArray, arrays: Mapping[str, FloatArray], arm: RobotArm
-    ) -> dict[str, FloatArray]:
-        """Correct q, qd, qdd and torque, (N, n) each, of those there are.
+    def of_arm(self, arm: RobotArm, torque_constant: Sequence[float | None] = ()) -> Correction:
+        """Numbers for an arm's joints; torque constants are applied first.
 
         Raises
         ------
         UsageError
-            If a correction does not fit the arm, or concerns torques that there are not.
+            If a correction does not fit the arm.
+        TrajectoryError
+            If the torque constants do not.
         """
-        n, out = arm.n_joints, dict(arrays)
-        position, torque = np.eye(n), np.eye(n)
+        n = arm.n_joints
+        correction = Correction.none(n)
+        if torque_constant:
+            if len(torque_constant) != n:
+                raise TrajectoryError(
+                    "the torque constants do not fit the arm",
+                    where="--torque-constant",
+                    expected=f"{n} numbers, N m/A (N/A)",
+                    found=str(len(torque_constant)),
+                    next_step="give one for every joint, with commas",
+                )
+            correction = correction.with_torque(np.diag(np.array(torque_constant, dtype=float)))
         for word in self.couple:
-            matrix = _coupling(word, arm)
-            position, torque = matrix @ position, np.linalg.inv(matrix).T @ torque
-        reverse = _for_joints(self.position_sign, "--position-sign", n)
-        position, torque = reverse[:, None] * position, reverse[:, None] * torque
-        torque = _for_joints(self.torque_sign, "--torque-sign", n)[:, None] * torque
-        offset = np.zeros(n)
+            correction = correction.with_joints(_coupling(word, arm))
+        if not np.linalg.cond(correction.position) < _LARGEST_CONDITION:
+            raise UsageError(
+                "these sums couple joints so that one variable follows from the others",
+                where="--couple",
+                expected="sums of which the variables as logged can be found again",
+                found=", ".join(self.couple),
+                next_step="check the factors; a single joint needs one sum: --couple q3=q3-q2",
+            )
+        correction = correction.with_joints(_for_joints(self.position_sign, "--position-sign", n))
+        correction = correction.with_torque(_for_joints(self.torque_sign, "--torque-sign", n))
         for word, quantity in self.offset:
             joint = _joint(word, arm)
-            offset[joint] += _of_kind(quantity, word, arm.is_revolute[joint])
-        if "torque" not in out and (self.torque_sign or self.lag):
+            correction = correction.with_offset(joint, _of_kind(quantity, word, arm.is_revolute[joint]))
+        return replace(correction, lag=self.lag)
+
+    def require_torques(self) -> None:
+        """Refuse what concerns the torques of a log that has none."""
+        if self.torque_sign or self.lag:
             raise UsageError(
                 "the log has no torques to correct",
                 where="--lag" if self.lag else "--torque-sign",
                 expected="a log with columns of torque, or currents with --torque-constant",
                 next_step="name them with --map 'torque=NAME*', or omit the option",
             )
-        for role, matrix in (("q", position), ("qd", position), ("qdd", position), ("torque", torque)):
-            # A missing reading of one joint is one of those it is summed with, and of no other.
-            if role in out and not np.array_equal(matrix, np.eye(n)):
-                out[role] = _multiplied(out[role], matrix)
-        out["q"] = out["q"] + offset
-        if self.lag:
-            out["torque"] = _earlier(time, out["torque"], self.lag)
-        return out
 
 
-def _multiplied(values: FloatArray, matrix: FloatArray) -> FloatArray:
-    columns = []
-    for row in matrix:
-        sources = np.flatnonzero(row)
-        columns.append(values[:, sources] @ row[sources])
-    return np.column_stack(columns)
+def typed(correction: Correction, revolute: Sequence[bool]) -> dict[str, str | list[str]]:
+    """Words that make a correction, by keywords of `Reading.of`: the way back from `Corrections.of_arm`."""
+    position, n = correction.position, len(revolute)
+    turned = np.where((position == -np.eye(n)).all(axis=1), -1.0, 1.0)
+    constants, signs = _constants(position, correction.torque)
+    typed_constants = ",".join(map(_decimal, constants))
+    words: dict[str, str | list[str]] = {
+        "torque_constant": typed_constants if {*typed_constants.split(",")} != {"1"} else "",
+        "couple": _sums(turned[:, None] * position),
+        "position_sign": _typed_signs(turned),
+        "torque_sign": _typed_signs(signs),
+        "offset": [
+            f"{i}={_quantity(x, 'deg' if revolute[i - 1] else 'mm')}"
+            for i, x in enumerate(correction.offset.tolist(), start=1)
+            if x
+        ],
+        "lag": _quantity(correction.lag, "ms") if correction.lag else "",
+    }
+    return {keyword: word for keyword, word in words.items() if word}
 
 
-def _earlier(time: FloatArray, torque: FloatArray, lag: float) -> FloatArray:
-    """Torques as logged so much later; nan where the log has ended, or not begun."""
-    out = np.full_like(torque, np.nan)
-    for i, column in enumerate(torque.T):
-        rows = np.flatnonzero(np.isfinite(column) & np.isfinite(time))
-        rows = rows[np.argsort(time[rows], kind="stable")]
-        if len(rows):
-            out[:, i] = np.interp(time + lag, time[rows], column[rows], left=np.nan, right=np.nan)
+def as_options(words: Mapping[str, Any]) -> list[str]:
+    """Keywords of `Reading.of` as words of the command line; True is a flag."""
+    out = []
+    for keyword, value in words.items():
+        option = f"--{keyword.replace('_', '-')}"
+        for word in value if isinstance(value, list) else [value]:
+            text = f"{word:g}" if isinstance(word, float) else str(word)
+            out += [option] if word is True else [option, text]
     return out
+
+
+def _constants(position: FloatArray, torque: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Constants before the transposed inverse of positions, and signs after it, (n,) each, of torques."""
+    power = _without_round_off(inverse(position).T)
+    is_made = power != 0.0
+    ratios = np.divide(torque, power, out=np.zeros_like(torque), where=is_made)
+    constants, signs = np.zeros(len(power)), np.zeros(len(power))
+    while (signs == 0.0).any():
+        # A joint whose torque is made of some that are known has no choice of its sign.
+        is_known = is_made & (constants != 0.0)
+        joint = max(np.flatnonzero(signs == 0.0), key=lambda i: is_known[i].any())
+        source = int((is_known if is_known[joint].any() else is_made)[joint].argmax())
+        signs[joint] = np.copysign(1.0, ratios[joint, source] * (constants[source] or 1.0))
+        constants[is_made[joint]] = signs[joint] * ratios[joint, is_made[joint]]
+    return constants, signs
+
+
+def _sums(position: FloatArray) -> list[str]:
+    """Sums, each of one joint's variable and in the order in which they are done, that make a matrix."""
+    done, words = np.eye(len(position)), []
+    missing = np.flatnonzero((position != done).any(axis=1)).tolist()
+    while missing:
+        # What each is of the variables that the sums before it make: a sum must contain its own.
+        rows = _without_round_off(position[missing] @ inverse(done))
+        own = np.abs(rows[range(len(missing)), missing]) / np.abs(rows).max(axis=1)
+        if own.any():
+            row, joint = rows[own.argmax()], missing.pop(int(own.argmax()))
+        else:
+            # Joints are exchanged: one that the first is made of takes the first in.
+            joint = next(j for j in missing if rows[0, j])
+            row = np.eye(len(position))[[joint, missing[0]]].sum(axis=0)
+        done[joint] = row @ done
+        others = [_term(x, j) for j, x in enumerate(row.tolist()) if x and j != joint]
+        words.append(f"q{joint + 1}={''.join([_term(row[joint], joint).removeprefix('+'), *others])}")
+    return words
+
+
+def _term(factor: float, joint: int) -> str:
+    size = f"{_decimal(abs(factor))}*".removeprefix("1*")
+    return f"{'-' if factor < 0.0 else '+'}{size}q{joint + 1}"
+
+
+def _without_round_off(factors: FloatArray) -> FloatArray:
+    """Factors with 0 for those that inverting a matrix leaves in its place."""
+    is_factor = np.abs(factors) > _ROUND_OFF_SHARE * np.abs(factors).max(axis=1, keepdims=True)
+    return np.where(is_factor, factors, 0.0)
+
+
+def _decimal(value: float) -> str:
+    """A number without an exponent."""
+    return np.format_float_positional(float(f"{value:.{_DIGITS_OF_FACTORS}g}"), trim="-")
+
+
+def _typed_signs(signs: FloatArray) -> str:
+    if (signs == 1.0).all():
+        return ""
+    return "-1" if (signs == -1.0).all() else ",".join(f"{sign:g}" for sign in signs)
+
+
+def _quantity(value: float, small: str) -> str:
+    """A value with its unit that reads back the same: in a small unit, or else in that of SI."""
+    sizes = next(sizes for sizes in UNITS.values() if small in sizes)
+    text = f"{value / sizes[small]:.{_DIGITS_IN_SMALL_UNIT}g}{small}"
+    quantity = Quantity.parse(text)
+    return text if quantity is not None and quantity.si == value else f"{value!r}{next(iter(sizes))}"
 
 
 def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
@@ -165,7 +257,7 @@ def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
             found=str(len(values)),
             next_step=f"{option} {','.join(['-1', *['1'] * (n - 1)])} reverses the first joint",
         )
-    return np.ones(n) if not values else np.array(values if len(values) == n else values * n)
+    return np.diag(np.ones(n) if not values else values if len(values) == n else values * n)
 
 
 def _offset(joint: str, value: object) -> tuple[str, Quantity]:
@@ -202,11 +294,11 @@ def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
 def _lag(lag: str | float) -> float:
     # A text needs a unit: a number alone could be rows of the log.
     quantity = Quantity.parse(lag) if isinstance(lag, str) else Quantity(float(lag), "time")
-    if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= _LONGEST_LAG_SECONDS:
+    if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= LONGEST_LAG_SECONDS:
         raise UsageError(
             "this is no lag",
             where="--lag",
-            expected=f"up to {_LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s",
+            expected=f"up to {LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s",
             found=in_python(lag),
             next_step="--lag 4ms if torques are 4 ms late, --lag -4ms if they are early",
         )
@@ -241,7 +333,7 @@ def _coupling(word: str, arm: RobotArm) -> FloatArray:
         for term in terms:
             row[int(term[3]) - 1] += float(term[2] or 1.0) * (-1.0 if term[1] == "-" else 1.0)
         matrix[int(match[1]) - 1] = row
-        if row[int(match[1]) - 1] != 0.0 and np.isfinite(row).all():
+        if row[int(match[1]) - 1] != 0.0 and (np.abs(row) <= LARGEST).all():
             return matrix
     raise UsageError(
         "this does not couple joints",

@@ -1,131 +1,193 @@
-"""Families of columns: one role, one column per joint, matched by name or number; and columns of time."""
+"""Families of columns: names that differ in the joint alone, matched with an arm's joints."""
 
 from __future__ import annotations
 
-import shlex
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
-from gd_analyze.errors import Location
-from gd_analyze.motions.reading import ROLES, refusal
-from gd_analyze.motions.words import (
-    BARE,
-    EXTERNAL,
-    MEASURED,
-    TARGET,
-    Kind,
-    Meaning,
-    Words,
-    as_written,
-    is_bare,
-    joint_of,
-    without_fillers,
-    words_of,
-)
+from gd_analyze.motions.names import EXTERNAL, ColumnName
+from gd_analyze.motions.reading import ROLES
+from gd_analyze.motions.vocabulary import MEANINGS, MOTION_QUANTITIES, VOCABULARY, Words, words_in
 
-SAMPLE = "sample"
-# Preferred are the time of the rows, then the stamp of the message, then anything called time.
-_ROW_TIME, _STAMP, _ANY = 0, 1, 2
+_FILLERS = VOCABULARY["joint"]["plain"]
 
 
 @dataclass(frozen=True)
-class Family:
-    """Columns of one role, one per joint."""
+class Numbering:
+    """Numbers of an arm's joints: those in their names, or else along the chain."""
 
-    # From the names, see `Meaning`
+    joints: Mapping[int, int]  # joint, from 0, by number
+    label: Words | None = None  # what stands beside the numbers; None if they are not in the names
+    partial: bool = False  # whether other joints, such as a rail, have no number
+
+    @classmethod
+    def of(cls, names: Sequence[str]) -> Numbering:
+        """Those of an arm.
+
+        Numbers of some joints count only where counting along the chain would differ, as above a rail, and
+        not where they count joints of a kind, such as wrist_1 to wrist_3 of six.
+        """
+        groups: dict[Words, dict[int, int]] = {}
+        for joint, name in enumerate(names):
+            label, number = _label_and_number(name)
+            if number is not None:
+                groups.setdefault(label, {})[number] = joint
+        if len(groups) == 1 and len(next(iter(groups.values()))) == len(names):
+            ((label, joints),) = groups.items()
+            return cls(joints, label)
+        decisive = [
+            (label, joints)
+            for label, joints in groups.items()
+            if (_says_nothing(label) or 2 * len(joints) > len(names))
+            and any(number - (0 not in joints) != joint for number, joint in joints.items())
+        ]
+        if len(decisive) == 1:
+            return cls(decisive[0][1], decisive[0][0], partial=True)
+        return cls({joint + 1: joint for joint in range(len(names))})
+
+    @cached_property
+    def first(self) -> int:
+        """Where the numbers begin."""
+        return 0 if 0 in self.joints else 1
+
+    def joints_of(self, numbers: Mapping[int, int]) -> dict[int, int | None]:
+        """Joint of each column, given its number in the log, which may begin elsewhere."""
+        shift = self.first - (0 if 0 in numbers.values() else 1)
+        return {column: self.joints.get(number + shift) for column, number in numbers.items()}
+
+
+def _label_and_number(name: str) -> tuple[Words, int | None]:
+    words = [word for word in words_in(name) if word not in _FILLERS]
+    counts = [k for k, word in enumerate(words) if word.isascii() and word.isdigit() and len(word) < 7]
+    if not counts:
+        return tuple(words), None
+    return tuple(words[: counts[-1]] + words[counts[-1] + 1 :]), int(words[counts[-1]])
+
+
+def _says_nothing(label: Words) -> bool:
+    """Whether the label of a numbered joint says nothing beside the number: a, q."""
+    return all(len(word) == 1 or MEANINGS.get((word,)) in _QUANTITIES for word in label)
+
+
+_QUANTITIES = [meaning for meaning in MEANINGS.values() if meaning.of in MOTION_QUANTITIES]
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """Columns of one quantity, one per joint."""
+
     role: str
-    group: Words
-    kind: Kind
-    rank: int
-    word: str
+    kind: str  # "measured", "target" or ""
+    rank: int  # of the quantity's word, see `ColumnName`
+    topic: Words
     label: Words  # words beside the number of the joint
+    key: Words  # of names that differ in the joint, and in the unit, only
     columns: Mapping[int, tuple[int, ...]]  # columns of each joint of the arm, from 0, normally one
     extra: tuple[int, ...]  # columns of joints that the arm lacks
+    patterns: tuple[str, ...]  # patterns of the names, normally one
     why: str  # how the joints were matched
-    renamed: tuple[tuple[str, str], ...] = ()  # log's name and arm's name of joints whose names differ
     unit: str = ""  # stated in all its names; "mixed" if they state several
-
-    @property
-    def key(self) -> tuple[object, ...]:
-        """Key that distinguishes it from other families."""
-        return self.role, self.group, self.label, self.rank, self.word, self.unit
-
-    @property
-    def words(self) -> frozenset[str]:
-        """Words that choose it."""
-        return frozenset((*self.group, *self.label, self.kind, self.word, self.unit))
-
-    @property
-    def topic(self) -> Words:
-        """Words of its origin, regardless of measured or commanded."""
-        return tuple(sorted(set(self.group) - MEASURED - TARGET))
+    renamed: tuple[tuple[int, int], ...] = ()  # joints of the arm with a column of another name
 
     @property
     def all_columns(self) -> tuple[int, ...]:
         """All its columns."""
         return tuple(column for columns in self.columns.values() for column in columns)
 
+    @property
+    def pattern(self) -> str:
+        """The pattern that --map takes; "" if its names have several."""
+        return self.patterns[0] if len(self.patterns) == 1 and "*" in self.patterns[0] else ""
 
-Make = Callable[..., Family]
+    @property
+    def preference(self) -> tuple[int, int, bool]:
+        """Order of a role's families: measured before what is not said; usual words; bare numbers."""
+        return ("measured", "", "target").index(self.kind), self.rank, bool(self.label)
+
+    @property
+    def is_si(self) -> bool:
+        """Whether its names state no unit but that of SI."""
+        return self.unit.partition("/")[0] in ("", "rad", "m", "N m", "N")
 
 
-def families_of(meanings: Sequence[Meaning], names: Sequence[str], written: Sequence[str]) -> list[Family]:
-    """Sort columns, by meaning and name as written, into families and match each with the arm's joints."""
-    groups: dict[tuple[str, Words, Kind, int, str], dict[int, Meaning]] = {}
-    for column, meaning in enumerate(meanings):
-        if meaning.role in ROLES:
-            key = (meaning.role, meaning.group, meaning.kind, meaning.rank, meaning.word)
-            groups.setdefault(key, {})[column] = meaning
+def families_of(names: Mapping[int, ColumnName], arm_names: Sequence[str]) -> list[Family]:
+    """Families of the columns that name a quantity."""
+    groups: dict[tuple[object, ...], dict[int, ColumnName]] = {}
+    alone: dict[tuple[object, ...], dict[int, ColumnName]] = {}
+    for column, name in names.items():
+        if name.role not in ROLES or name.fault:
+            continue
+        if name.says_joint:
+            groups.setdefault((name.role, *name.key), {})[column] = name
+        elif len(arm_names) == 1 and not name.label:
+            alone.setdefault((name.role, name.kind, name.rank, name.topic), {})[column] = name
     # A log that numbers its joints may use other words for further quantities: TorqueSm1 beside Position1.
     has_bare_numbers = any(
-        m.number is not None and not m.label for columns in groups.values() for m in columns.values()
+        name.number is not None and not name.label for group in groups.values() for name in group.values()
     )
-    families: list[Family] = []
-    for group, columns in ((group, part) for group, whole in groups.items() for part in _by_unit(whole)):
-        units = {meaning.unit for meaning in columns.values()}
-        make = partial(Family, *group, unit=units.pop() if len(units) == 1 else "mixed")
-        named = _columns_by_joint({c: m.joint for c, m in columns.items()})
-        unnamed = {c: m for c, m in columns.items() if m.joint is None}
-        mixed = _by_name_or_number(make, columns, names, written)
-        affixed = (
-            None if named or mixed is not None else _by_affix(make, unnamed, names, bare=group[3] == BARE)
-        )
-        if mixed is not None:
-            families.append(mixed)
-        elif named:
-            families.append(make((), named, tuple(unnamed), "by name"))
-        elif affixed is not None:
-            families.append(affixed)
-        else:
-            labelled: dict[Words, dict[int, Meaning]] = {}
-            for column, meaning in unnamed.items():
-                if meaning.number is not None and meaning.label != EXTERNAL:
-                    labelled.setdefault(meaning.label, {})[column] = meaning
-            numbered = (
-                _by_number(make, label, members, names, None if has_bare_numbers else written)
-                for label, members in labelled.items()
-            )
-            by_number = [family for family in numbered if family is not None]
-            has_label = any(m.label for m in unnamed.values())
-            if len(names) == len(unnamed) == 1 and not by_number and not has_label:
-                by_number = [make((), {0: tuple(unnamed)}, (), "the arm's only joint")]
-            families += by_number
+    numbering = Numbering.of(arm_names)
+    matched = [
+        _matched(part, arm_names, numbering, has_bare_numbers)
+        for group in groups.values()
+        for part in _by_unit(group)
+    ]
+    families = _completed([family for family in matched if family is not None], names, arm_names, numbering)
+    families += [_family(group, {0: tuple(group)}, "the arm's only joint") for group in alone.values()]
     return families
 
 
-def _by_unit(columns: dict[int, Meaning]) -> list[dict[int, Meaning]]:
+def _family(columns: Mapping[int, ColumnName], joints: Mapping[int, tuple[int, ...]], why: str) -> Family:
+    first = next(iter(columns.values()))
+    units = {name.unit for name in columns.values()}
+    used = {column for of_joint in joints.values() for column in of_joint}
+    return Family(
+        first.role,
+        first.kind,
+        first.rank,
+        first.topic,
+        first.label if first.joint is None else (),
+        first.key,
+        dict(sorted(joints.items())),
+        tuple(column for column in columns if column not in used),
+        tuple(dict.fromkeys(name.pattern or name.text for name in columns.values())),
+        why,
+        units.pop() if len(units) == 1 else "mixed",
+    )
+
+
+def _by_unit(columns: dict[int, ColumnName]) -> list[dict[int, ColumnName]]:
     """Columns by unit where they state each joint's quantity in the same few, such as q1_deg and q1_rad."""
-    units: dict[tuple[Words, int | None], list[str]] = {}
-    for meaning in columns.values():
-        units.setdefault((meaning.token, meaning.joint), []).append(meaning.unit)
+    units: dict[object, list[str]] = {}
+    for name in columns.values():
+        units.setdefault((name.joint, name.number), []).append(name.unit)
     first = next(iter(units.values()))
-    if len(first) < 2 or any(sorted(joint) != sorted({*first}) for joint in units.values()):
+    if len(first) < 2 or any(sorted(of_joint) != sorted({*first}) for of_joint in units.values()):
         return [columns]
-    return [{c: m for c, m in columns.items() if m.unit == unit} for unit in first]
+    return [{c: name for c, name in columns.items() if name.unit == unit} for unit in first]
 
 
-def _columns_by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
+def _matched(
+    columns: dict[int, ColumnName], arm_names: Sequence[str], numbering: Numbering, has_bare_numbers: bool
+) -> Family | None:
+    """Match with the joints that are named, or by number; None where words beside the numbers disagree."""
+    if any(name.joint is not None for name in columns.values()):
+        return _family(columns, _by_joint({c: name.joint for c, name in columns.items()}), "by name")
+    numbers = {c: name.number for c, name in columns.items() if name.number is not None}
+    label = next(iter(columns.values())).label
+    foreign = bool(label) and label != numbering.label and not has_bare_numbers
+    if label == EXTERNAL != numbering.label:
+        return _family(columns, {}, "an external axis") if numbering.partial else None
+    if foreign and (numbering.label is None or numbering.partial):
+        return None
+    joints = _by_joint(numbering.joints_of(numbers))
+    family = _family(columns, joints, f"by number, from {0 if 0 in numbers.values() else 1}")
+    if not foreign:
+        return family
+    return replace(family, renamed=tuple((joint, of_joint[0]) for joint, of_joint in sorted(joints.items())))
+
+
+def _by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, ...]]:
     """Columns of each joint, given the joint of each column."""
     columns: dict[int, tuple[int, ...]] = {}
     for column, joint in joints.items():
@@ -134,167 +196,47 @@ def _columns_by_joint(joints: Mapping[int, int | None]) -> dict[int, tuple[int, 
     return columns
 
 
-def arms_numbers(names: Sequence[str]) -> tuple[Words, tuple[int, ...]] | None:
-    """Label and numbers of joints whose names differ only in a number; None for others."""
-    split = [joint_of(words_of(name)) for name in names]
-    numbers = tuple(number for _, number in split if number is not None)
-    if len(set(numbers)) < len(names) or len({label for label, _ in split}) > 1:
-        return None
-    return split[0][0], numbers
+def _completed(
+    families: list[Family],
+    names: Mapping[int, ColumnName],
+    arm_names: Sequence[str],
+    numbering: Numbering,
+) -> list[Family]:
+    """Join families of one quantity of which each has some joints: a rail by its name and A1 to A6 by number.
 
-
-def partly_numbered(names: Sequence[str]) -> tuple[Words, dict[int, int]] | None:
-    """Label of an arm's numbered joints, if its other joints have no number; and joint, from 0, by number.
-
-    None where the numbers agree with counting along the chain, as they do unless a rail comes first. None
-    also where only some joints of a kind are numbered, such as wrist_1 to wrist_3 of six joints.
+    An external axis, KUKA's E1, is the only joint that has no number.
     """
-    if arms_numbers(names) is not None:
-        return None
-    groups: dict[Words, dict[int, int]] = {}
-    for joint, name in enumerate(names):
-        label, number = joint_of(words_of(name))
-        if number is not None:
-            groups.setdefault(label, {})[number] = joint
-    decisive = [
-        (label, joints)
-        for label, joints in groups.items()
-        if (is_bare(label) or 2 * len(joints) > len(names))
-        and any(number - (0 not in joints) != joint for number, joint in joints.items())
-    ]
-    return decisive[0] if len(decisive) == 1 else None
-
-
-def _by_name_or_number(
-    make: Make, columns: Mapping[int, Meaning], names: Sequence[str], written: Sequence[str]
-) -> Family | None:
-    """Match with a partly numbered arm, where counting along the chain would move every joint by one.
-
-    The only other joint may be an external axis, KUKA's E1. None for other arms, and if no number fits.
-    """
-    numbered = partly_numbered(names)
-    if numbered is None:
-        return None
-    label, joints = numbered
-    numbers = {c: m.number for c, m in columns.items() if m.label in ((), label) and m.number is not None}
-    base = int(0 in numbers.values() and 0 not in joints)
-    matches = {c: joints.get(number + base) for c, number in numbers.items()}
-    matches |= {c: m.joint for c, m in columns.items() if m.joint is not None}
-    if all(joint is None for joint in matches.values()):
-        return None
-    unmatched = sorted({*range(len(names))} - {*matches.values()})
-    external = [c for c, m in columns.items() if m.joint is None and m.label == EXTERNAL]
-    renamed: tuple[tuple[str, str], ...] = ()
-    if len(unmatched) == len(external) == 1:
-        matches[external[0]] = unmatched[0]
-        renamed = ((as_written(columns[external[0]].token, written[external[0]]), names[unmatched[0]]),)
-    extra = tuple(c for c in columns if matches.get(c) is None)
-    return make((), _columns_by_joint(matches), extra, "by number of the joint's name", renamed)
-
-
-def _by_number(
-    make: Make,
-    label: Words,
-    columns: Mapping[int, Meaning],
-    names: Sequence[str],
-    written: Sequence[str] | None,
-) -> Family | None:
-    """Match the columns of a label by number.
-
-    Where words beside the numbers name joints, `written` are names as written; the arm's must be numbered.
-    """
-    counts = arms_numbers(names)
-    if label and written is not None and counts is None:
-        return None
-    numbers = {c: m.number for c, m in columns.items() if m.number is not None}
-    base = 0 if 0 in numbers.values() else 1
-    if counts is None:
-        numbers_of_joints: Sequence[int] = range(len(names))
-    else:
-        first = 0 if 0 in counts[1] else 1
-        numbers_of_joints = [k - first for k in counts[1]]
-    joints = {number + base: joint for joint, number in enumerate(numbers_of_joints)}
-    matched = _columns_by_joint({column: joints.get(number) for column, number in numbers.items()})
-    extra = tuple(column for column, number in numbers.items() if number not in joints)
-    renamed: tuple[tuple[str, str], ...] = ()
-    if label and written is not None and counts is not None and counts[0] != label:
-        firsts = [(group[0], joint) for joint, group in sorted(matched.items())]
-        renamed = tuple((as_written(columns[c].token, written[c]), names[joint]) for c, joint in firsts)
-    return make(label, matched, extra, f"by number, from {base}", renamed)
-
-
-def _by_affix(
-    make: Make, columns: Mapping[int, Meaning], names: Sequence[str], *, bare: bool
-) -> Family | None:
-    """Match names that differ only by the same leading words, such as the robot's prefix.
-
-    Leading words of bare names in the log may say another quantity: volt_elbow_axis.
-    """
-    joint_words = [without_fillers(words_of(name)) for name in names]
-    logged = {c: without_fillers(meaning.token) for c, meaning in columns.items()}
-    if not all(any(not word.isdigit() for word in words) for words in joint_words):
-        return None
-    by_words: dict[Words, tuple[int, ...]] = {}
-    # Leading words that the log adds; after "", leading words that it lacks.
-    prefixes: dict[Words, None] = {}
-    for column, words in logged.items():
-        by_words[words] = (*by_words.get(words, ()), column)
-        for joint in joint_words:
-            if words[-len(joint) :] == joint and not (bare and len(words) > len(joint)):
-                prefixes.setdefault(words[: -len(joint)])
-            if joint[-len(words) :] == words and words:
-                prefixes.setdefault(("", *joint[: -len(words)]))
-    for prefix in sorted(prefixes, key=len):
-        lacks = prefix[:1] == ("",)
-        if lacks and any(("", *joint[: len(prefix) - 1]) != prefix for joint in joint_words):
+    out: list[Family] = []
+    for family in families:
+        alike = next((k for k, other in enumerate(out) if _complement(other, family)), None)
+        if alike is None:
+            out.append(family)
             continue
-        wanted_words = [joint[len(prefix) - 1 :] if lacks else prefix + joint for joint in joint_words]
-        matched = {joint: by_words.get(words, ()) for joint, words in enumerate(wanted_words)}
-        if all(matched.values()):
-            used = {c for group in matched.values() for c in group}
-            added = " ".join(prefix).strip()
-            why = f"by name, but for {added!r}" if added else "by name"
-            return make((), matched, tuple(c for c in columns if c not in used), why)
-    return None
+        first = out[alike]
+        columns, renamed = {**first.columns, **family.columns}, first.renamed + family.renamed
+        extra = first.extra + family.extra
+        missing = sorted({*range(len(arm_names))} - {*columns})
+        for part in (first, family):
+            if part.why == "an external axis" and numbering.partial and len(missing) == len(part.extra) == 1:
+                columns[missing[0]] = part.extra
+                renamed += ((missing[0], part.extra[0]),)
+                extra = tuple(column for column in extra if column not in part.extra)
+        why = "by number of the joint's name"
+        unit = first.unit if first.unit == family.unit else "mixed"
+        out[alike] = replace(
+            first,
+            label=(),
+            columns=dict(sorted(columns.items())),
+            extra=extra,
+            patterns=first.patterns + family.patterns,
+            why=why,
+            unit=unit,
+            renamed=renamed,
+        )
+    return [family for family in out if family.columns]
 
 
-@dataclass(frozen=True)
-class TimeColumns:
-    """The column of time, or the pair of seconds and nanoseconds."""
-
-    columns: tuple[int, ...]
-    unit: str  # "" if unknown
-    why: str
-
-
-def time_columns(
-    names: Sequence[str], meanings: Sequence[Meaning], stand: Sequence[bool], where: Location
-) -> TimeColumns | None:
-    """Find the time of the rows; `stand` tells whether all first cells of a column are equal."""
-    candidates = []
-    nanoseconds: dict[Words, int] = {}  # the first column of each topic
-    for k, meaning in enumerate(meanings):
-        if meaning.role == "nanosec":
-            nanoseconds.setdefault(meaning.group[:-1], k)
-    for k, meaning in enumerate(meanings):
-        name = names[k].strip()
-        rank = _ROW_TIME if name.startswith("__") else _ANY + ("duration" in meaning.group)
-        if rank and "stamp" in meaning.group and name != "stamp":
-            rank = _STAMP
-        if meaning.role == "time" and not stand[k]:
-            candidates.append((rank, TimeColumns((k,), meaning.unit, "name")))
-        pair = nanoseconds.get(meaning.group[:-1]) if meaning.role == "sec" else None
-        if pair is not None and not (stand[k] and stand[pair]):
-            candidates.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
-    if not candidates:
-        counts = [k for k, meaning in enumerate(meanings) if meaning.role == "index" and not stand[k]]
-        return TimeColumns((counts[0],), SAMPLE, "name") if len(counts) == 1 else None
-    best = min(rank for rank, _ in candidates)
-    choices = [columns for rank, columns in candidates if rank == best]
-    if len(choices) > 1:
-        listed = [names[columns.columns[0]] for columns in choices]
-        if len({*listed}) < len(listed):
-            listed = [f"#{columns.columns[0] + 1}" for columns in choices]
-        step = "choose one: " + " or ".join(f"--map {shlex.quote(f'time={name}')}" for name in listed[:4])
-        raise refusal("several columns may be the time", where, "one column of time", ", ".join(listed), step)
-    return choices[0]
+def _complement(a: Family, b: Family) -> bool:
+    """Whether two families are one quantity of different joints."""
+    alike = (a.role, a.kind, a.rank, a.topic) == (b.role, b.kind, b.rank, b.topic)
+    return alike and not {*a.columns} & {*b.columns}

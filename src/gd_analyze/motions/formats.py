@@ -21,6 +21,7 @@ from gd_analyze.motions.arrays_and_lists import (
     read_json,
     read_list_cells,
 )
+from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import Reading, refusal
 from gd_analyze.motions.ros import echoed_names, read_bag
 from gd_analyze.motions.table import LogTable, ParquetTable
@@ -151,23 +152,18 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
     if (table.names or table.first_cells)[0].lstrip().startswith("<"):
         expected, content = "a log: text in columns, a bag or Parquet", "XML, as robots' files are"
         raise refusal("this is not a log", where, expected, content, "name the robot first, then the log")
-    if any(table.names):
-        return read_list_cells(table) if has_lists(table) else table
     cells = table.first_cells
-    echoed = echoed_names(cells)
-    if echoed is not None and not reading.columns:
+    if not any(table.names) and (echoed := echoed_names(cells)) is not None:
         refuse_long_names(echoed, where)
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
         return TextTable(path, data, echoed)
-    if not reading.columns:
+    if not any(table.names) and not reading.map:
         content, step = f"numbers in {len(cells)} columns", _naming(table, joints)
         raise refusal("the file has no header line", where, "the names of the columns", content, step)
-    width = len(table.names)
-    if len(reading.columns) != width:
-        expected, content = f"{width} names, - for a column that is not needed", str(len(reading.columns))
-        raise refusal("the names given do not fit the columns", f"--columns; {where}", expected, content)
-    table = TextTable(path, data, tuple("" if name == "-" else name for name in reading.columns))
-    return read_list_cells(table) if has_lists(table) else table
+    if not has_lists(table):
+        return table
+    numbered = tuple(f"#{k + 1}" for k in range(len(cells)))
+    return read_list_cells(table if any(table.names) else TextTable(path, data, numbered))
 
 
 def _naming(table: LogTable, joints: int) -> str:
@@ -175,23 +171,21 @@ def _naming(table: LogTable, joints: int) -> str:
     width = len(table.names)
     # As many columns as joints, or a multiple, leave no column for time.
     has_time = width % joints > 0 or joints == 1
-    count = (width - has_time) // joints
-    begins = range(has_time, has_time + count * joints, joints)
+    begins = range(has_time, width - joints + 1, joints)
     numeric = [k for k in begins if all(_is_numeric(table, k + joint) for joint in range(joints))]
-    roles = _derivatives(table, has_time, numeric, joints)
-    names = ["time"] if has_time else []
-    for begin, role in zip(begins, [*roles, *[""] * count], strict=False):
-        numbered_names = f"{role}1..{role}{joints}" if joints > 1 else f"{role}1"
-        names += [numbered_names] if role and begin in numeric else ["-"] * joints
-    names += ["-"] * (width - has_time - count * joints)
-    options = f"--columns {','.join(names)}" + ("" if has_time else " --rate HZ")
-    if "qdd" not in roles:
-        options += " --measured"
-    step = f"if these are the columns, name them: {options}"
-    if count > len(roles):
-        torques = f"torque1..torque{joints}" if joints > 1 else "torque1"
-        step += f"; {torques} in place of - names torques, or currents beside --torque-constant"
+    roles = dict(zip(numeric, _derivatives(table, has_time, numeric, joints), strict=False))
+    options = ["time=#1" if has_time else "time=RATEHz"]
+    options += [f"{role}={_numbers(begin, joints)}" for begin, role in roles.items()]
+    step = f"if these are the columns: {' '.join(map(map_option, options))}"
+    others = [begin for begin in numeric if begin not in roles]
+    if others:
+        torques = f"torque={_numbers(others[0], joints)}"
+        step += f", and {torques} where these are torques, or currents beside --torque-constant"
     return step
+
+
+def _numbers(begin: int, joints: int) -> str:
+    return f"#{begin + 1}..#{begin + joints}" if joints > 1 else f"#{begin + 1}"
 
 
 def _is_numeric(table: LogTable, column: int) -> bool:

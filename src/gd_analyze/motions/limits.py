@@ -12,11 +12,9 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.velocities import are_degrees, contradictions
-from gd_analyze.motions.words import known_joints, patterns_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 from gd_analyze.text import percent
@@ -170,7 +168,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
         largest = float(np.maximum(-low, high)[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
-        messages.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory, suspects[0] + 1)}")
+        messages.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory)}")
     messages += _exceeded_limits(trajectory, arm, suspects)
     messages += _slow_velocities(trajectory, arm)
     recording = trajectory.recording
@@ -237,27 +235,16 @@ def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
         # A controller's rate is better evidence than the arm's velocity limits.
         unit = (usual_by_step or usual_by_velocity)[0]
         slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
-        yield f"{slow}; if it is in {unit}, give --time-unit {unit}"
+        yield f"{slow}; if it is in {unit}: --map time=:{unit}"
 
 
-def _in_degrees(trajectory: Trajectory, joint: int) -> str:
-    """How to read positions in degrees; --degrees applies to velocities and accelerations as well."""
-    named = _option_of_degrees(trajectory) or f"name the columns q{joint}_deg and so on"
-    if "qd" in trajectory.derived:
-        return f"if they are, {named}, or give --degrees"
-    if are_degrees(trajectory.time, trajectory.q, trajectory.qd, trajectory.gaps):
-        return f"qd, in radians, says that they are: {named}, without --degrees"
-    return f"if they are, and qd too, give --degrees; if q alone is, {named}"
-
-
-def _option_of_degrees(trajectory: Trajectory) -> str:
-    """The option that reads a recording's positions, and nothing else, in degrees; "" where there is none."""
-    uses = () if trajectory.recording is None else trajectory.recording.columns
-    columns = {use.joint: use.column for use in uses if use.role == "q"}
-    joints = known_joints([*columns])
-    patterns = [{pattern for pattern, _ in patterns_of(column, joints)} for column in columns.values()]
-    common = set.intersection(*patterns) if patterns else set()
-    return f"give {map_option(f'q={max(common, key=len)}:deg')}" if common and len(columns) > 1 else ""
+def _in_degrees(trajectory: Trajectory) -> str:
+    """How to read positions in degrees, and what was given with them."""
+    states = trajectory.time, trajectory.q, trajectory.qd, trajectory.gaps
+    if "qd" not in trajectory.derived and are_degrees(*states):
+        return "qd, in radians, says that they are: --map q=:deg"
+    roles = [role for role in ("q", "qd", "qdd") if role not in trajectory.derived]
+    return f"if they are: {' '.join(f'--map {role}=:deg' for role in roles)}"
 
 
 def require_trajectory_joints(trajectory: Trajectory, arm: RobotArm) -> None:

@@ -1,32 +1,28 @@
-"""The log of a motion in SI units, and how a table becomes one: units, time, corrupt rows, corrections."""
+"""The log of a motion in SI units, and how the columns of a table become one."""
 
 from __future__ import annotations
 
-import math
+import shlex
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray, runs
-from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError
+from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.motions.column_units import units_of
 from gd_analyze.motions.columns import Choice, ColumnUse
-from gd_analyze.motions.families import SAMPLE, TimeColumns
+from gd_analyze.motions.corrections import as_options, typed
+from gd_analyze.motions.corrupt_rows import jumping_rows, require_sound
+from gd_analyze.motions.instants import BY_VELOCITIES, SAMPLE, in_seconds
 from gd_analyze.motions.reading import ROLES, Reading, refusal
-from gd_analyze.motions.sampling import EQUAL_STAMP_STEP_SHARE, MISSING_READING_STEPS, longest_step
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
-from gd_analyze.motions.words import units_of
+from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_derivatives, usual_reach
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import number
 from gd_analyze.units import TIME_UNITS
-
-# Most lines listed in a message.
-_MOST_LISTED_LINES = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,62 +54,57 @@ class Log:
 def log_of(
     table: LogTable, arm: RobotArm, reading: Reading, choice: Choice, columns: Columns, name: str, origin: str
 ) -> Log:
-    """The log in SI units, without corrupt rows, corrected as the reading says; or refuse it."""
+    """The log in SI units, without corrupt rows, corrected as the reading says; or refuse it.
+
+    Warns
+    -----
+    GdAnalyzeWarning
+        Of units that are not stated and follow from the numbers.
+    """
     # A trajectory takes arrays that nobody can write to as they are: a long motion is in memory once.
     columns.numbers.flags.writeable = False
-    numbers, _ = choice.wanted
-    column_values = dict(zip(numbers, columns.numbers.T, strict=True))
-    arrays: dict[str, FloatArray] = {}
-    for role in ROLES:
-        uses = ((column, use.unit) for column, use in choice.uses if use.role == role)
-        paired = [*zip(uses, arm.joints, strict=False)]
-        factors = np.array(
-            [units_of(role, joint.kind == "revolute", True)[unit] for (_, unit), joint in paired]
-        )
-        values = _columns(columns.numbers, [numbers.index(column) for (column, _), _ in paired], factors)
-        if paired and (role == "q" or np.isfinite(values).any()):
-            arrays[role] = values
-    if reading.torque_constant is not None and "torque" in arrays:
-        arrays["torque"] = _torques(arrays["torque"], reading.torque_constant, table, arm)
-    q = arrays["q"]
-    if not len(q):
+    if not len(columns.numbers):
         raise refusal("the file has no rows", table.where(), "a line per instant", "none")
-    gaps = None
+    wanted, _ = choice.wanted
     if not choice.measured and np.isnan(columns.numbers).any():
+        column_values = dict(zip(wanted, columns.numbers.T, strict=True))
         _require_numbers(table, column_values, choice.set_points, [*columns.wrong])
+    arrays = _in_stated_units(choice, arm, columns.numbers)
+    gaps, degrees = None, dict[str, str]()
     if choice.set_points and choice.time is not None:
-        unit, why = choice.time.unit, choice.time.why
+        clock = choice.time.unit, choice.time.why
         column = choice.time.columns[0]
-        instants = columns.numbers[:, numbers.index(column)].copy()
+        instants = columns.numbers[:, wanted.index(column)].copy()
         _require_increasing(table, column, instants)
-        time = instants * TIME_UNITS[unit]
+        time = instants * TIME_UNITS[choice.time.unit]
         gaps = columns.gaps
-    elif choice.time is None:
-        time, unit, why = np.arange(len(q)) / (reading.rate or 1.0), SAMPLE, f"rows at {reading.rate:g} Hz"
     else:
-        column = choice.time.columns[0]
-        rate = reading.rate if choice.time.unit in (SAMPLE, "") or reading.time_unit is None else None
-        place = (table.label(column), table.where(None, column))
-        time, unit, why = _in_seconds(columns.stamps, choice.time, reading.time_unit, rate, *place)
-    jumping = _jumping_rows(time, q, arm) if choice.measured else {}
-    _require_some_sound(columns.wrong, len(q))
-    _require_sound(columns.wrong, jumping, table, name, reading.drop_rows)
+        time, clock, degrees = _units_by_numbers(choice, arm, arrays, columns.stamps, table)
+        _tell(name, clock, degrees)
+        arrays |= {role: _from_degrees(arrays[role], arm) for role in degrees if role in arrays}
+    jumping = jumping_rows(time, arrays["q"], arm) if choice.measured else {}
+    require_sound(columns.wrong, jumping, len(time), table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
-    usable = np.isfinite(time) & np.isfinite(q).any(axis=1)
+    usable = np.isfinite(time) & np.isfinite(arrays["q"]).any(axis=1)
     if not usable.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
     corrupt = sorted({*columns.wrong, *jumping})
     empty = np.delete(~usable, corrupt).sum()
     if empty:
-        why += f"; rows without time or positions, left out: {int(empty)}"
+        clock = clock[0], f"{clock[1]}; rows without time or positions, left out: {int(empty)}"
     usable[corrupt] = False
     if not usable.all():
         time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
         gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
-    if reading.corrections:
-        arrays = reading.corrections.applied(time, arrays, arm)
-        origin += f"; corrected by {reading.corrections.words}"
+    constants = reading.torque_constant or () if "torque" in arrays else ()
+    if reading.corrections or constants:
+        if "torque" not in arrays:
+            reading.corrections.require_torques()
+        correction = reading.corrections.of_arm(arm, constants)
+        arrays = correction.applied(time, arrays)
+        words = shlex.join(as_options(typed(correction, arm.is_revolute)))
+        origin += words and f"; corrected by {words}"
     return Log(
         time=time if gaps is not None else time - time[0],
         q=arrays["q"],
@@ -121,7 +112,7 @@ def log_of(
         qdd=arrays.get("qdd"),
         torque=arrays.get("torque"),
         measured=choice.measured,
-        columns=_uses(table, choice, unit, why),
+        columns=_uses(table, arm, choice, clock, degrees),
         name=name,
         origin=origin,
         gaps=gaps,
@@ -129,15 +120,86 @@ def log_of(
     )
 
 
-def _torques(
-    currents: FloatArray, constants: Sequence[float | None], table: LogTable, arm: RobotArm
-) -> FloatArray:
-    """Torques of currents, shape (N, n), by a constant for each joint."""
-    if len(constants) != arm.n_joints:
-        message, where = "torque constants do not fit the arm", f"--torque-constant; {table.where()}"
-        expected, step = f"{arm.n_joints} numbers, N m/A (N/A)", "give one for every joint, with commas"
-        raise refusal(message, where, expected, str(len(constants)), step)
-    return currents * np.array(constants, dtype=float)
+def _in_stated_units(choice: Choice, arm: RobotArm, numbers: FloatArray) -> dict[str, FloatArray]:
+    """The numbers of each role, (N, n), in SI units where a unit is stated; as they are where none is."""
+    wanted, _ = choice.wanted
+    arrays: dict[str, FloatArray] = {}
+    for role in ROLES:
+        uses = [(column, use.unit) for column, use in choice.uses if use.role == role]
+        sizes = [units_of(role, revolute, True) for revolute in arm.is_revolute] if uses else []
+        factors = np.array([size[unit] if unit else 1.0 for (_, unit), size in zip(uses, sizes, strict=True)])
+        values = _columns(numbers, [wanted.index(column) for column, _ in uses], factors)
+        if uses and (role == "q" or np.isfinite(values).any()):
+            arrays[role] = values
+    return arrays
+
+
+def _units_by_numbers(
+    choice: Choice, arm: RobotArm, arrays: Mapping[str, FloatArray], stamps: Sequence[Stamps], table: LogTable
+) -> tuple[FloatArray, tuple[str, str], dict[str, str]]:
+    """Seconds of the rows; the unit of time, and why; and the roles in degrees that say no unit, and why."""
+    stated = {use.role for _, use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
+    unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
+    units: dict[str, str] | None = {}
+
+    def compared(instants: FloatArray, *, time: bool) -> dict[str, str] | None:
+        nonlocal units
+        if "qd" not in arrays:
+            return {}
+        q, qd = arrays["q"], arrays["qd"]
+        rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
+        if not rows.all():
+            instants, q, qd = instants[rows], q[rows], qd[rows]
+        units = units_of_derivatives(instants, q, qd, arm, unstated=unstated, time=time)
+        return units
+
+    if choice.time is None:
+        assert choice.rate is not None  # else a column of time is required
+        time = np.arange(float(len(arrays["q"]))) / choice.rate
+        clock = SAMPLE, f"rows at {choice.rate:g} Hz"
+    else:
+        column = choice.time.columns[0]
+        place = table.label(column), table.where(None, column)
+        time, *clock_words = in_seconds(stamps, choice.time, choice.rate, place, partial(compared, time=True))
+        clock = clock_words[0], clock_words[1]
+    if clock[1] != BY_VELOCITIES:
+        compared(time, time=False)
+    degrees: dict[str, str] = dict.fromkeys({"q", "qd"} & {*(units or {})}, BY_VELOCITIES)
+    # Velocities that contradict the positions of some joints leave their unit open.
+    is_open = "q" in unstated and not degrees and units is not None
+    joint = joint_in_degrees(arrays["q"], arm) if is_open else None
+    if joint is not None:
+        reach, end = float(usual_reach(arrays["q"])[joint]), arm.joints[joint].upper
+        limit = "without limits" if end is None else f"whose limit is {end:.3g} rad"
+        degrees = {"q": f"{arm.joints[joint].name}, {limit}, reaches {reach:.3g}"}
+        degrees |= {"qd": "as the positions"} if "qd" in unstated else {}
+    if "qdd" in unstated and "qd" in degrees:
+        degrees["qdd"] = "as the velocities"
+    return time, clock, degrees
+
+
+_DEGREES = {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}
+
+
+def _tell(name: str, clock: tuple[str, str], degrees: Mapping[str, str]) -> None:
+    """Warn of units that follow from the numbers alone, with the options that confirm them."""
+    facts = [f"{role} in {_DEGREES[role]} ({reason})" for role, reason in degrees.items()]
+    options = [f"--map {role}=:deg" for role in degrees]
+    if clock[1] == BY_VELOCITIES:
+        facts.insert(0, f"time in {clock[0]} ({BY_VELOCITIES})")
+        options.insert(0, f"--map time=:{clock[0]}")
+    if facts:
+        message = (
+            f"no unit is stated, and the numbers say {', '.join(facts)}: {' '.join(options)} confirms this"
+        )
+        warnings.warn(f"log {name}: {message}", GdAnalyzeWarning, stacklevel=4)
+
+
+def _from_degrees(values: FloatArray, arm: RobotArm) -> FloatArray:
+    """Numbers (N, n), those of joints that turn from degrees."""
+    values = values * np.where(arm.is_revolute, units_of("q", True)["deg"], 1.0)
+    values.flags.writeable = False
+    return values
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
@@ -172,244 +234,20 @@ def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
         raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 
-def _uses(table: LogTable, choice: Choice, unit: str, why: str) -> tuple[ColumnUse, ...]:
-    """Role of every column, in the order of the log."""
-    times = choice.time.columns if choice.time is not None else ()
+def _uses(
+    table: LogTable, arm: RobotArm, choice: Choice, clock: tuple[str, str], degrees: Mapping[str, str]
+) -> tuple[ColumnUse, ...]:
+    """Role and unit of every column, in the order of the log."""
+    times, (unit, why) = choice.time.columns if choice.time is not None else (), clock
     reason = "another time" if times else "no time is needed"
     numbers = range(len(table.names))
     uses = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
     uses |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
     uses |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
-    return tuple((uses | dict(choice.uses)).values())
-
-
-# Instants since 1970 that are dates: from 1990 to 2100.
-_EARLIEST_DATE_SECONDS = 6.3e8
-_LATEST_DATE_SECONDS = 4.2e9
-# Longest steps, s, with which such numbers are dates: those of robots' logs, as an uptime in a unit a
-# thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
-_LONGEST_DATE_STEP_SECONDS = 0.1
-_LONGEST_FRACTIONAL_STEP_SECONDS = 0.5
-# Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in ms,
-# us or ns.
-_LONGEST_STEP_IN_SECONDS = 0.5
-# Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
-_SHORTEST_LIKELY_STEP_SECONDS = 1e-4
-_LONGEST_LIKELY_STEP_SECONDS = 1.0
-
-
-def _in_seconds(
-    stamps: Sequence[Stamps],
-    chosen: TimeColumns,
-    unit: str | None,
-    rate: float | None,
-    name: str,
-    where: Location,
-) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse."""
-    if len(stamps) == 2 and rate is None:
-        seconds, nano = stamps
-        values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
-        return values - _first(values), "s", chosen.why
-    stamp = stamps[0]
-    values, first = stamp.offsets - _first(stamp.offsets), stamp.base + _first(stamp.offsets)
-    # The unit by the column's name or by its first instant, since 1970.
-    stated: tuple[str, str] | None = None
-    for unit_name, size in TIME_UNITS.items():
-        date = abs(first) * size
-        if _EARLIEST_DATE_SECONDS <= date <= _LATEST_DATE_SECONDS:
-            longest = _LONGEST_DATE_STEP_SECONDS if _whole(values) else _LONGEST_FRACTIONAL_STEP_SECONDS
-            if _steps(values, np.median) * size <= longest:
-                stated = unit_name, "since 1970"
-            break
-    if chosen.unit in TIME_UNITS:
-        stated = chosen.unit, chosen.why
-    if stamp.unit:
-        stated = stamp.unit, "dates and times"
-    if stamp.unit and unit is not None:
-        message, expected = f"{name} holds dates, so --time-unit does not apply to it", "numbers"
-        raise refusal(message, where, expected, "dates and times", "omit --time-unit")
-    if rate is not None:
-        least = _steps(values, np.min)
-        if stated or not _whole(values) or (chosen.unit != SAMPLE and least > 1.0):
-            message = f"{name} does not count samples, so --rate does not apply to it"
-            expected = "whole numbers in steps of 1, or a name such as sample"
-            content = f"time in {stated[0]}" if stated else f"{first:.10g} first, steps of {least:g} at least"
-            remedy = "omit --rate; or count the rows in place of this column: --map time=none"
-            raise refusal(message, where, expected, content, remedy)
-        return values / rate, SAMPLE, f"{rate:g} Hz as given"
-    if unit is not None:
-        return values * TIME_UNITS[unit], unit, "as given"
-    if stated:
-        return values * TIME_UNITS[stated[0]], *stated
-    step = _steps(values, np.median)
-    if chosen.unit == SAMPLE or (_whole(values) and step == 1.0):
-        message = f"{name} counts samples, or its unit is unknown"
-        content = f"whole numbers in steps of {step:g}"
-        remedy = "--rate HZ if it counts samples, --time-unit s, ms, us or ns otherwise"
-        raise refusal(message, where, "time in s, or the sample rate", content, remedy)
-    if step <= _LONGEST_STEP_IN_SECONDS:
-        return values, "s", "no unit stated"
-    shortest, longest = _SHORTEST_LIKELY_STEP_SECONDS, _LONGEST_LIKELY_STEP_SECONDS
-    likely = next((unit for unit, size in TIME_UNITS.items() if shortest <= step * size < longest), "s")
-    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(values)} rows"
-    next_step = f"--time-unit {likely} if these are readings, or another of s, ms, us, ns"
-    raise refusal(f"the unit of {name} is unknown", where, expected, content, next_step)
-
-
-def _first(values: FloatArray) -> float:
-    return float(next(iter(values[np.isfinite(values)]), 0.0))
-
-
-def _whole(values: FloatArray) -> bool:
-    finite = values[np.isfinite(values)]
-    return bool((finite == np.round(finite)).all())
-
-
-def _steps(values: FloatArray, statistic: Callable[[FloatArray], Any]) -> float:
-    """Median or smallest of the positive steps; 0 if there are none."""
-    steps = np.diff(values[np.isfinite(values)])
-    return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0
-
-
-# Garbage that jumps away from the rows around it is a few rows long; more in a row are another motion.
-_MOST_STRAY_ROWS = 3
-
-
-def _jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
-    """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
-
-    A row that comes late is not among them: its stamp fills a hole between the others.
-    """
-    rows = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[rows])
-    if len(rows) <= 2 * _MOST_STRAY_ROWS or not (steps > 0).any():
-        return {}
-    step = float(np.median(steps[steps > 0]))
-    gap = longest_step(step)
-    strays = _stray_stamps(time[rows], q[rows], step, gap)
-    faults = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
-    rows = np.delete(rows, strays)
-    for i, joint in enumerate(arm.joints):
-        finite = rows[np.isfinite(q[rows, i])]
-        x = q[finite, i]
-        for k in _stray_positions(time[finite], x, gap, joint.kind == "revolute"):
-            fault = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
-            faults.setdefault(int(finite[k]), fault)
-    return faults
-
-
-def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
-    """At most three rows in a row whose stamps fit neither side, where the two sides fit each other."""
-    begins = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(time)) > gap) + 1])
-    lengths = np.diff(np.append(begins, len(time)))
-    is_long = np.repeat(lengths > _MOST_STRAY_ROWS, lengths)
-    if not is_long.any():
-        return []
-    good = np.sort(time[is_long])
-    span = float(good[-1] - good[0])
-    strays: list[int] = []
-    for first, end in runs(~is_long).tolist():
-        if end - first > _MOST_STRAY_ROWS:
-            continue
-        if first == 0 or end == len(time):
-            inner = time[end] if first == 0 else time[first - 1]
-            sign = -1.0 if first == 0 else 1.0
-            away = sign * (time[first:end] - inner)
-            # A gap follows or precedes them, unless they are farther than the whole motion is long.
-            strays += [first + int(k) for k in np.flatnonzero((away < 0) | (away > max(span, gap)))]
-        elif 0.0 < time[end] - time[first - 1] <= gap:
-            strays += [k for k in range(first, end) if not _is_late(k, time, q, is_long, good, step)]
-    return strays
-
-
-def _is_late(
-    k: int, time: FloatArray, q: FloatArray, is_long: NDArray[np.bool_], good: FloatArray, step: float
-) -> bool:
-    """Whether a row's stamp fills a hole among the good ones, in order, or repeats a whole row."""
-    after = int(np.searchsorted(good, time[k]))
-    if not 0 < after < len(good):
-        return False
-    if good[after] - good[after - 1] >= MISSING_READING_STEPS * step:
-        return True
-    alike = is_long & (np.abs(time - time[k]) <= EQUAL_STAMP_STEP_SHARE * step)
-    return bool((q[alike] == q[k]).all(axis=1).any())
-
-
-_TURN = 2 * math.pi
-# A position's ordinary step is this quantile of its steps.
-_ORDINARY_STEP_QUANTILE = 0.99
-# A jump is longer than this many ordinary steps, and faster than this, per s: ten times as fast as arms move.
-_JUMP_ORDINARY_STEPS = 30.0
-_JUMP_SPEED = 30.0
-# A position has returned if it is nearer to where it was than this share of the jump.
-_RETURNED_SHARE = 0.1
-# A step of fewer turns may be an angle that wraps at the end of its range.
-_MOST_WRAPPED_TURNS = 1.5
-
-
-def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool) -> list[int]:
-    """At most three readings in a row that are far from those on both sides, which are near each other."""
-    if len(x) <= 2 * _MOST_STRAY_ROWS:
-        return []
-    steps, seconds = np.diff(x), np.diff(time)
-    ordinary = float(np.quantile(np.abs(steps), _ORDINARY_STEP_QUANTILE))
-    if revolute:
-        # An angle at the end of its range wraps there and back.
-        remainders = steps - _TURN * np.round(steps / _TURN)
-        is_near = np.abs(steps) < _MOST_WRAPPED_TURNS * _TURN
-        wraps = is_near & (np.abs(remainders) <= _JUMP_ORDINARY_STEPS * ordinary)
-        steps = np.where(wraps, remainders, steps)
-    is_adjacent = (seconds > 0) & (seconds <= gap)
-    least_jumps = np.maximum(_JUMP_ORDINARY_STEPS * ordinary, _JUMP_SPEED * seconds)
-    jumps = is_adjacent & (np.abs(steps) > least_jumps)
-    strays = list[int]()
-    for away, back in pairwise(np.flatnonzero(jumps).tolist()):
-        is_short = back - away <= _MOST_STRAY_ROWS and is_adjacent[away:back].all()
-        has_returned = abs(steps[away : back + 1].sum()) <= _RETURNED_SHARE * abs(steps[away])
-        if is_short and has_returned and steps[away] * steps[back] < 0:
-            strays += range(away + 1, back + 1)
-    return strays
-
-
-def _require_some_sound(wrong: Mapping[int, TrajectoryError], count: int) -> None:
-    """Refuse a log without a row that can be read, by the first."""
-    if len(wrong) == count:
-        error = wrong[min(wrong)]
-        expected, step = error.details.get("expected", ""), "choose other columns with --map, or record anew"
-        facts = [error.details.get("found", ""), f"none of {count} rows can be read"]
-        raise refusal(error.what, error.details["where"], expected, facts, step)
-
-
-def _require_sound(
-    wrong: Mapping[int, TrajectoryError], jumping: Mapping[int, str], table: LogTable, name: str, drop: bool
-) -> None:
-    """Refuse corrupt rows, all named; or warn that they are left out if they are to be dropped."""
-    rows = sorted({*wrong, *jumping})
-    if not rows:
-        return
-    lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED_LINES + 1]), len(rows))
-    first = rows[0]
-    if drop:
-        omission = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
-        warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
-        return
-    remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
-    if first not in wrong:
-        message = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
-        expected = "instants and positions near those of the rows before and after"
-        facts = [jumping[first], *([lines] if len(rows) > 1 else [])]
-        raise refusal(message, table.where(first), expected, facts, remedy)
-    error = wrong[first]
-    details = error.details
-    message = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
-    facts = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
-    step = "; ".join(filter(None, (details.get("next"), remedy)))
-    raise refusal(message, details["where"], details.get("expected", ""), facts, step)
-
-
-def _listed_lines(lines: Sequence[int], count: int) -> str:
-    numbers = ", ".join(map(str, lines[:_MOST_LISTED_LINES]))
-    return f"line{'s' if count > 1 else ''} {numbers}" + (
-        f", ... ({count})" if count > _MOST_LISTED_LINES else ""
-    )
+    revolute = dict(zip((joint.name for joint in arm.joints), arm.is_revolute, strict=True))
+    for column, use in choice.uses:
+        turns = revolute[use.joint]
+        if not use.unit and use.role in degrees and turns:
+            use = replace(use, unit=_DEGREES[use.role], why=f"{use.why}; unit by the numbers")
+        uses[column] = use if use.unit else replace(use, unit=next(iter(units_of(use.role, turns))))
+    return tuple(uses.values())

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
@@ -11,16 +10,13 @@ from gd_analyze.arguments import require_flags_of
 from gd_analyze.errors import Location, TrajectoryError, UsageError
 from gd_analyze.motions.corrections import Corrections
 from gd_analyze.text import LARGEST, number_in
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import Quantity
 
 MotionRole = Literal["q", "qd", "qdd", "torque"]
 ROLES: tuple[MotionRole, ...] = ("q", "qd", "qdd", "torque")
 
-_RANGE = re.compile(r"(.*?)([0-9]{1,4})\.\.(.*?)([0-9]{1,4})")
 # Rates, Hz, at which motions are sampled.
 _LOWEST_RATE, _HIGHEST_RATE = 0.1, 1e5
-# Columns that one range q1..qN names, at most.
-_MOST_COLUMNS = 10_000
 
 
 def refusal(
@@ -36,22 +32,12 @@ class Reading:
 
     Parameters
     ----------
-    columns
-        Column names of a file without a header, `-` for a column that is not needed; for a file with a
-        header, the only columns to use. `q1..q6` stands for six names.
     map
-        Pairs of a role and its column: "time" or "q:JOINT" (qd, qdd, torque) and a name or #NUMBER from 1;
-        "q" (qd, qdd, torque) and a pattern whose star stands for a joint's name or number; "joint:JOINT" and
-        the joint's name in the log; "torque" (qd, qdd) and "none". A unit may follow a column or pattern:
-        "Timestamp:us", "AIPos.A*:deg".
-    rate
-        Samples per second, Hz, if the log counts samples or has no time.
-    time_unit
-        Unit of time: s, ms, us or ns.
-    degrees
-        Whether angles in columns without a unit are in degrees.
-    family
-        Pairs of a role ("" for all) and a word in the names of the columns to take.
+        Pairs of a role and what is said of it. Roles are q, qd, qdd, torque, time and joints; "q:JOINT" is of
+        one joint. Columns are given by a pattern whose star stands for a joint's name or number ("AIPos.A*"),
+        by a list in the order of the joints ("mp1..mp7", "#2..#8") or by name or number ("Position3", "#3").
+        A unit may follow ("AIPos.A*:deg") or stand alone (":deg"), as may the rate of samples ("250Hz").
+        "none" leaves a role out. "joints" are the joints' names in the log, in the arm's order.
     topic
         Topic of a bag to read.
     measured
@@ -66,15 +52,10 @@ class Reading:
     Raises
     ------
     TrajectoryError
-        If a value is invalid, or rate and unit of time are both given.
+        If a value is invalid.
     """
 
-    columns: tuple[str, ...] = ()
     map: tuple[tuple[str, str], ...] = ()
-    rate: float | None = None
-    time_unit: str | None = None
-    degrees: bool = False
-    family: tuple[tuple[str, str], ...] = ()
     topic: str | None = None
     measured: bool | None = None
     torque_constant: tuple[float | None, ...] | None = None
@@ -82,17 +63,10 @@ class Reading:
     corrections: Corrections = field(default_factory=Corrections)
 
     @classmethod
-    def of(
-        cls,
-        columns: str | Iterable[str] = (),
-        map: Iterable[str] | dict[str, str] = (),
-        family: str | Iterable[str] = (),
-        **settings: Any,
-    ) -> Reading:
-        """Parse words as typed: "time,q1..q6", "q:elbow=Position3", "q=mp1..mp7", "torque=cur".
+    def of(cls, map: Iterable[str] | Mapping[str, str] = (), **settings: Any) -> Reading:
+        """Parse words as typed: "q=AIPos.A*:deg", "time=250Hz", "joints=s,l,u,r,b,t".
 
-        Patterns are typed so, too: "q=AIPos.A*:deg". Corrections are given by their names:
-        torque_sign="-1", offset=["3=90deg"].
+        Corrections are given by their names: torque_sign="-1", offset=["3=90deg"].
 
         Raises
         ------
@@ -101,58 +75,69 @@ class Reading:
         UsageError
             If a correction cannot be read.
         """
-        listed = columns.split(",") if isinstance(columns, str) else list(columns)
-        pairs = map.items() if isinstance(map, dict) else (_pair(entry, "--map") for entry in map)
+        words = [map] if isinstance(map, str) else map
+        pairs = words.items() if isinstance(words, Mapping) else (_pair(word) for word in words)
         constants = settings.pop("torque_constant", None)
         if isinstance(constants, str):
             constants = [number_in(word) for word in constants.split(",")]
-        families = [family] if isinstance(family, str) else list(family)
         names = [field.name for field in fields(Corrections) if field.name in settings]
         if names:
             settings["corrections"] = Corrections.of(**{name: settings.pop(name) for name in names})
         return cls(
-            columns=tuple(name for entry in listed if entry for name in _expanded(entry.strip())),
-            map=tuple(
-                pair for role, column in pairs for pair in _joint_by_joint(role.strip(), column.strip())
-            ),
-            family=tuple(_pair(word, "--family") if "=" in word else ("", word) for word in families),
+            map=tuple((role.strip(), value.strip()) for role, value in pairs),
             torque_constant=None if constants is None else tuple(constants),
             **settings,
         )
 
     def __post_init__(self) -> None:
         require_flags_of(self)
-        if self.time_unit is not None and self.time_unit not in TIME_UNITS:
-            step = "--time-unit ms for milliseconds"
-            raise refusal(
-                "unknown unit of time", "time_unit", ", ".join(TIME_UNITS), repr(self.time_unit), step
-            )
-        if self.rate is not None and not 0.0 < self.rate <= LARGEST:
-            step = "--rate 125 for 125 samples per second"
-            raise refusal("impossible sample rate", "rate", "Hz, above 0", repr(self.rate), step)
-        if self.rate is not None and not _LOWEST_RATE <= self.rate <= _HIGHEST_RATE:
-            expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{self.rate:g} Hz"
-            step = f"--rate {1 / self.rate:.6g} if {self.rate:g} is the time from sample to sample, in s"
-            raise refusal("no motion is sampled so", "rate", expected, content, step)
+        for role, value in self.map:
+            _require_role(role, value)
         if self.torque_constant is not None and {None, 0.0} & {*self.torque_constant}:
             expected = "a number per joint, N m/A, with commas"
             step = "--torque-constant 10.7,10.7,8.5 for an arm of three joints"
             content = "another word" if None in self.torque_constant else "0"
             message = "the torque constants are not numbers other than 0"
             raise refusal(message, "torque_constant", expected, content, step)
-        if self.rate is not None and self.time_unit is not None:
-            expected, values = "one of the two", f"{self.rate:g} Hz and {self.time_unit}"
-            message, step = "a rate and a unit of time contradict each other", "omit one of the two"
-            raise refusal(message, "rate", expected, values, step)
-        for role, word in self.family:
-            if role not in ("", *ROLES):
-                step = f"--family torque={word} for torques, --family {word} for all"
-                raise refusal(f"unknown role {role!r}", "family", ", ".join(ROLES), f"{role}={word}", step)
 
-    def words_for(self, role: str) -> tuple[str, ...]:
-        """Words that the names of a role's columns must contain."""
-        role_words = tuple(word for family_role, word in self.family if family_role == role)
-        return role_words or tuple(word for family_role, word in self.family if not family_role)
+
+def _pair(entry: str) -> tuple[str, str]:
+    role, _, value = entry.partition("=")
+    if not role.strip() or not value.strip():
+        expected = "ROLE=COLUMNS, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
+        step = "`gd-analyze columns ROBOT LOG` lists the columns"
+        raise refusal("this is not a mapping", "--map", expected, repr(entry), step)
+    return role, value
+
+
+def _require_role(role: str, value: str) -> None:
+    name, colon, joint = role.partition(":")
+    if name in ROLES and bool(colon) == bool(joint):
+        return
+    if role == "joints" or (role == "time" and value != "none"):
+        return
+    message, expected = f"unknown role {role!r}", f"{', '.join(ROLES)}, one of them with :JOINT; time; joints"
+    step = "count the rows with --map time=250Hz" if role == "time" else None
+    raise refusal(message, "--map", expected, f"{role}={value}", step)
+
+
+def rate_in(text: str) -> float | None:
+    """Samples per second of a text with its unit, such as 250Hz; None for any other text.
+
+    Raises
+    ------
+    TrajectoryError
+        If no motion is sampled so.
+    """
+    rate = Quantity.parse(text)
+    if rate is None or rate.kind != "frequency":
+        return None
+    if not _LOWEST_RATE <= rate.si <= _HIGHEST_RATE:
+        expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{rate.si:g} Hz"
+        seconds = 1 / rate.si if rate.si > 0.0 else 0.0
+        step = f"for steps of {rate.si:g} s give {seconds:.6g}Hz"
+        raise refusal("no motion is sampled so", "--map", expected, content, step if seconds else None)
+    return rate.si
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,36 +171,3 @@ class Treatment:
                 if value is not None and not 0.0 < value <= LARGEST:
                     where, expected = f"Treatment, {name}", f"a number above 0, in {unit}"
                     raise UsageError(f"impossible {name}", where=where, expected=expected, found=f"{value:g}")
-
-
-def _pair(entry: str, where: str) -> tuple[str, str]:
-    role, _, column = entry.partition("=")
-    if not role.strip() or not column.strip():
-        expected = "ROLE=COLUMN, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
-        step = "`gd-analyze columns ROBOT LOG` lists the columns"
-        raise refusal("this is not a mapping", where, expected, repr(entry), step)
-    return role.strip(), column.strip()
-
-
-def _joint_by_joint(role: str, column: str) -> list[tuple[str, str]]:
-    """Roles of `q=mp1..mp7`, a column per joint; any other pair itself."""
-    before_unit = column.rpartition(":")[0]
-    span = before_unit if _RANGE.fullmatch(before_unit) else column
-    names = _expanded(span) if role in ROLES else [column]
-    if len(names) == 1:
-        return [(role, column)]
-    of_unit = column.removeprefix(span)
-    return [(f"{role}:{joint}", f"{name}{of_unit}") for joint, name in enumerate(names, start=1)]
-
-
-def _expanded(entry: str) -> list[str]:
-    """Names of `q1..q6`; any other entry itself."""
-    match = _RANGE.fullmatch(entry)
-    if match is None:
-        return [entry]
-    first, last = int(match[2]), int(match[4])
-    if match[3] not in ("", match[1]) or not first <= last < first + _MOST_COLUMNS:
-        expected = "q1..q6, with the same letters on both sides"
-        step = "write the names one by one, with commas"
-        raise refusal("this is not a range of names", "--columns", expected, repr(entry), step)
-    return [f"{match[1]}{k}" for k in range(first, last + 1)]

@@ -14,7 +14,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable, missing_library
 from gd_analyze.motions.text import is_number
-from gd_analyze.motions.words import TARGET, words_of
+from gd_analyze.motions.vocabulary import VOCABULARY, words_in
 from gd_analyze.progress import NO_PROGRESS, Progress
 
 _STATE, _TRAJECTORY = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
@@ -43,7 +43,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGR
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             chosen = _connections(reader.connections, topic, path)
             states = all(connection.msgtype == _STATE for connection in chosen)
-            commanded = states and bool(set(words_of(chosen[0].topic)) & TARGET)
+            commanded = states and bool({*words_in(chosen[0].topic)} & VOCABULARY["kind"]["target"])
             messages = (
                 (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
                 for connection, received, raw in reader.messages(connections=chosen)

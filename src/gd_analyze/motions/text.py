@@ -19,6 +19,8 @@ import numpy as np
 
 from gd_analyze.arrays import are_possible
 from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.motions.column_units import unit_in_words
+from gd_analyze.motions.names import are_of_set_points
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import (
     HEAD_ROWS,
@@ -28,7 +30,6 @@ from gd_analyze.motions.table import (
     Stamps,
     nanoseconds_in,
 )
-from gd_analyze.motions.words import is_of_set_points, unit_in_words
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import LARGEST, in_python, number_in
 
@@ -222,7 +223,7 @@ class TextTable(LogTable):
         rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
         self._head = [self._cells(line, number) for number, line in rows]
         self.first_cells = self._head[0]
-        named = not names and any(self.names) and all(map(is_of_set_points, self.names))
+        named = not names and all(self.names) and are_of_set_points(self.names)
         self.set_points = named and not any(self._are_dates(k) for k in range(len(self.first_cells)))
 
     def _cells(self, line: str, number: int) -> list[str]:
@@ -348,10 +349,19 @@ class TextTable(LogTable):
 
     def _are_possible(self, frame: Any, numbers: Sequence[int], stamps: Sequence[int]) -> bool:
         """Whether numbers are finite and of possible size, and stamps are numbers."""
+        import pandas as pd
+
+        for column in stamps:
+            cells = frame[column].dropna()
+            if self._are_dates(column):
+                if not all(self._is_instant(cell, True) for cell in cells):
+                    return False
+                continue
+            plain = cells if self.layout.decimal == "." else cells.str.replace(self.layout.decimal, ".")
+            if not np.isfinite(pd.to_numeric(plain, errors="coerce").to_numpy(dtype=float)).all():
+                return False
         values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty(0)
-        are_dates = {column: self._are_dates(column) for column in stamps}
-        texts = ((cell, are_dates[k]) for k in stamps for cell in frame[k].array if isinstance(cell, str))
-        return not (np.abs(values) > LARGEST).any() and all(self._is_instant(*text) for text in texts)
+        return not (np.abs(values) > LARGEST).any()
 
     def _is_instant(self, cell: str, is_date: bool) -> bool:
         if cell.strip().lower() in EMPTY:

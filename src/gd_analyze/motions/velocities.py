@@ -28,13 +28,13 @@ _TIME = "times the derivative of {x}, as if time, which is read as seconds, were
 _MEANING = {
     0.0: "0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived",
     None: "not the derivative of {x}: check the units, and the order of the columns",
-    1e3: f"1000 {_TIME} milliseconds: if so, give --time-unit ms",
-    1e6: f"1e6 {_TIME} microseconds: if so, give --time-unit us",
-    1e9: f"1e9 {_TIME} nanoseconds: if so, give --time-unit ns",
+    1e3: f"1000 {_TIME} milliseconds: if so, give --map time=:ms",
+    1e6: f"1e6 {_TIME} microseconds: if so, give --map time=:us",
+    1e9: f"1e9 {_TIME} nanoseconds: if so, give --map time=:ns",
     _DEGREES: "57.3 times the derivative of {x}, as if {v} were in degrees and {x} in radians: "
-    "if so, name its columns {v}1_deg and so on, or give --map '{v}=NAME*:deg'",
+    "if so, give --map {v}=:deg",
     1 / _DEGREES: "the derivative of {x} divided by 57.3, as if {x} were in degrees and {v} in radians: "
-    "if so, name its columns {x}1_deg and so on, or give --map '{x}=NAME*:deg'; --degrees changes {v}, too",
+    "if so, give --map {x}=:deg",
     -1.0: "the derivative of {x} with the other sign",
 }
 

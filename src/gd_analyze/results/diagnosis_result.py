@@ -12,7 +12,6 @@ from gd_analyze.diagnosis.answer import answer, what_remains_follows
 from gd_analyze.diagnosis.causes import CLEAR_FALL, CLEAR_FALL_SHARE
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
-from gd_analyze.diagnosis.remedies import typed_together
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
 from gd_analyze.result import (
     Drawing,
@@ -77,6 +76,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     }
     attributes = {
         "answer": answer(diagnosis),
+        "remedy": str(diagnosis.remedy),
         "logs": "\n".join(diagnosis.logs),
         "tells": int(diagnosis.tells),
         "masses_off": diagnosis.after.off if is_compared else 0.0,
@@ -88,7 +88,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
 
 def _candidates(prefix: str, candidates: Sequence[Candidate]) -> dict[str, Any]:
     return {
-        f"{prefix}_{name}": _texts([getattr(candidate, name) for candidate in candidates])
+        f"{prefix}_{name}": _texts([str(getattr(candidate, name)) for candidate in candidates])
         for name in ("name", "what", "remedy", "unsure")
     }
 
@@ -129,8 +129,7 @@ def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact | Value, ...]:
     """The cause, its remedy, and what remains before and after."""
     has_cause = tabulated.sizes["cause"] > 0
     name = str(tabulated.cause_name.values[0]) if has_cause else None
-    remedies = tabulated.cause_remedy.values[~tabulated.cause_rival.values].tolist()
-    remedy = typed_together(remedies) if has_cause else None
+    remedy = str(tabulated.attrs["remedy"]) if has_cause else None
     before, after = (_mean(tabulated[f"remains_{when}"].values) for when in ("before", "after"))
     off = float(tabulated.attrs["masses_off"]) if compared_joints(tabulated) else None
     return (

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from gd_analyze.diagnosis.remedies import OF_GRAVITY
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.motions.states import in_words
 from gd_analyze.result import (
@@ -111,8 +112,8 @@ def evaluation_result(
 def _notices(evaluation: Evaluation) -> tuple[str, ...]:
     """Where an advised option is typed, and what checks limits that a file only states."""
     verdict, notices = evaluation.log_verdict, []
-    if verdict is not None and "--gravity" in verdict.text:
-        notices.append("Gravity is the model's: `gd-analyze simplify` has --gravity.")
+    if verdict is not None and OF_GRAVITY in verdict.text:
+        notices.append(f"Gravity is the model's: `gd-analyze simplify` has {OF_GRAVITY}.")
     if not evaluation.unchecked:
         return tuple(notices)
     step = "`--fail-over 1%` takes one from the exact torque"

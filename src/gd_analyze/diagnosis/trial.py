@@ -1,13 +1,15 @@
-"""What is done to logs and file before they are compared: what the options of the command line do."""
+"""What is tried on logs and file before they are compared: corrections, and what no option does."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.samples import Samples
+from gd_analyze.motions.correction import Correction
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,14 +21,10 @@ class Added:
 
 
 @dataclass(frozen=True, eq=False)
-class Correction:
-    """Changes of n joints' logs and of the arm; `Correction.none(n)` changes nothing."""
+class Trial(Correction):
+    """Changes of n joints' logs and of the arm; `Trial.none(n)` changes nothing."""
 
-    torque: FloatArray  # torques at the joints per torque as logged, (n, n)
-    position: FloatArray  # joint variables per variable as logged, (n, n)
-    offset: FloatArray  # added to them, rad (m), (n,)
     gain: FloatArray | None = None  # torque as logged per torque, by sample, (N, n)
-    lag: float = 0.0  # by which torques are late, s
     pace: float = 1.0  # seconds per second as logged; infinite where motion shows in no torque
     gravity: FloatArray | None = None  # in place of the arm's, m/s^2, (3,)
     taken_off: FloatArray | None = None  # a body's ten numbers, less than the file's last link, (10,)
@@ -34,43 +32,24 @@ class Correction:
     added: tuple[Added, ...] = field(default=())
     freedom: float = 1.0  # factor on what a file's links are usually off by
 
-    @classmethod
-    def none(cls, n: int) -> Correction:
-        """Change nothing."""
-        return cls(np.eye(n), np.eye(n), np.zeros(n))
-
-    def with_torque(self, matrix: FloatArray) -> Correction:
-        """Torques multiplied, after what is done already."""
-        return replace(self, torque=matrix @ self.torque)
-
-    def with_position(self, matrix: FloatArray) -> Correction:
-        """Joint variables multiplied, after what is done already."""
-        return replace(self, position=matrix @ self.position, offset=matrix @ self.offset)
-
-    def with_offset(self, joint: int, angle: float) -> Correction:
-        """A joint's variable increased; joints count from 0."""
-        offset = self.offset.copy()
-        offset[joint] += angle
-        return replace(self, offset=offset)
-
-    def without(self, samples: Array) -> Correction:
+    def without(self, samples: Array) -> Self:
         """Samples left out, (N, n)."""
         return replace(self, left_out=samples if self.left_out is None else self.left_out | samples)
 
-    def with_added(self, added: Added) -> Correction:
+    def with_added(self, added: Added) -> Self:
         """Further unknowns."""
         return replace(self, added=(*self.added, added))
 
-    def at(self, chosen: Array) -> Correction:
+    def at(self, chosen: Array | slice) -> Self:
         """The same for some of the samples."""
         left_out = None if self.left_out is None else self.left_out[chosen]
         gain = None if self.gain is None else self.gain[chosen]
         added = tuple(Added(unknowns.columns[:, chosen], unknowns.sizes) for unknowns in self.added)
         return replace(self, left_out=left_out, gain=gain, added=added)
 
-    def torques(self, samples: Samples) -> FloatArray:
-        """Torques as logged, of one gain throughout; not yet those at the joints, (N, n)."""
-        return samples.torque if self.gain is None else samples.torque / self.gain
+    def steady(self, torque: FloatArray) -> FloatArray:
+        """Torques as logged, of one gain throughout, (N, n)."""
+        return torque if self.gain is None else torque / self.gain
 
     @property
     def changes_torques(self) -> bool:
@@ -84,9 +63,10 @@ class Correction:
 
     def states(self, samples: Samples) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Joint variables, velocities, accelerations and directions of motion, (N, n) each."""
-        q, qd, qdd = (samples.q, samples.qd, samples.qdd) if not self.lag else samples.shifted(self.lag)
+        # Interpolated torques would have less noise: the states are taken as much earlier.
+        q, qd, qdd = samples.shifted(self.lag) if self.lag else (samples.q, samples.qd, samples.qdd)
+        q, qd, qdd = self.of_positions(q), self.of_velocities(qd), self.of_velocities(qdd)
         slowest = np.where(np.isfinite(samples.slowest), samples.slowest, 0.0) @ np.abs(self.position).T
-        q, qd, qdd = q @ self.position.T + self.offset, qd @ self.position.T, qdd @ self.position.T
         # `slowest` is the velocity of a sample that counts; its last digits may round either way.
         direction = np.where(np.abs(qd) >= (1.0 - 1e-9) * slowest, np.sign(qd), 0.0)
         return q, qd / self.pace, qdd / self.pace**2, direction
