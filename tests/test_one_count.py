@@ -32,7 +32,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     certified, _ = simplify_held(exact, gd.types.Budget.parse("5%"), Box.of(two_link), certified=True)[:2]
     told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
     assert set(told) == {full}
-    assert comparison(two_link).document()["operations_full"] == asdict(full)
+    assert comparison(two_link).values()["operations_full"] == asdict(full)
     points = trade_off(exact, factors=(1e-6,), levels=(TERM,))
     assert [point.operations for point in points] == [full]
 

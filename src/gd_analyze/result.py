@@ -45,6 +45,7 @@ class Fact:
     shown: ShownAs = "number"
     text: str | None = None  # how a person reads the value, where number and unit do not say it
     note: str = ""  # remark in brackets behind it: "joint 5"
+    drawn: Sequence[Any] = ()  # symbols that a report may show in place of the text
 
     def __post_init__(self) -> None:
         _require_names(self.key, self.label)
@@ -54,6 +55,10 @@ class Fact:
         """The value as a person reads it: "1.4 % of peak torque (joint 5)"."""
         text = value_text(self.value, self.unit, self.shown) if self.text is None else self.text
         return f"{text} ({self.note})" if self.note else text
+
+    def seen_if(self, is_seen: bool) -> Fact | Value:
+        """The fact, or what JSON alone has of it."""
+        return self if is_seen else Value(self.key, self.value)
 
 
 @dataclass(frozen=True)
@@ -153,25 +158,25 @@ class Table:
         """Number of rows that people may see."""
         return len(self.columns[0].values) if self.columns else 0
 
-    def shown(self, *, on_page: bool = False) -> list[tuple[Column, str, list[str]]]:
+    def shown(self) -> list[tuple[Column, str, list[str]]]:
         """Columns that people see, each with the unit for its heading and its cells as text.
 
         The largest of all numbers in a unit chooses its prefix. Units that differ by row stand in the cells.
         """
-        seen, out = [column for column in self.columns if on_page or not column.pages_only], []
-        for column in seen:
+        out = []
+        for column in self.columns:
             unit, values = column.only_unit, column.values[: self.top]
             if unit is None:
                 cells = [value_text(*pair, column.shown) for pair in zip(values, column.unit, strict=False)]
                 out.append((column, "", cells))
                 continue
-            factor, unit = self._prefixed(unit, seen) if column.is_number else (1.0, unit)
+            factor, unit = self._prefixed(unit) if column.is_number else (1.0, unit)
             scaled = (value / factor if factor != 1.0 and _is_number(value) else value for value in values)
             out.append((column, pretty(unit), [value_text(value, "", column.shown) for value in scaled]))
         return out
 
-    def _prefixed(self, unit: str, columns: Sequence[Column]) -> tuple[float, str]:
-        alike = (c.values[: self.top] for c in columns if c.is_number and c.only_unit == unit)
+    def _prefixed(self, unit: str) -> tuple[float, str]:
+        alike = (c.values[: self.top] for c in self.columns if c.is_number and c.only_unit == unit)
         sizes = [abs(value) for values in alike for value in values if _is_number(value)]
         return prefixed(max((size for size in sizes if math.isfinite(size)), default=0.0), unit)
 
@@ -244,11 +249,11 @@ class Result:
     notes: tuple[str, ...] = ()  # what a report says at its end and a terminal counts; notices in JSON
     provenance: Mapping[str, str] = field(default_factory=dict)  # origin of the result: label and value
 
-    def document(self) -> dict[str, Any]:
+    def values(self) -> dict[str, Any]:
         """All of it as JSON values: facts, tables, equations and sections by their keys."""
-        document = {"headline": self.headline} if self.headline else {}
-        document |= _document((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
-        return document | ({"provenance": dict(self.provenance)} if self.provenance else {})
+        values = {"headline": self.headline} if self.headline else {}
+        values |= values_of_parts((*self.facts, *self.parts)) | {"notices": [*self.notices, *self.notes]}
+        return values | ({"provenance": dict(self.provenance)} if self.provenance else {})
 
 
 def joint_values(joints: Sequence[Any]) -> dict[str, Any]:
@@ -268,17 +273,6 @@ def values_of(rows: Sequence[Mapping[str, Any]], *names: str) -> dict[str, list[
 def attributes_of(rows: Sequence[Any], *names: str) -> dict[str, list[Any]]:
     """Values of a table by the names of attributes that its rows have."""
     return {name: [getattr(row, name) for row in rows] for name in names}
-
-
-def for_json(parts: Sequence[Part]) -> tuple[Value, ...]:
-    """Facts and tables as JSON alone has them."""
-    stored = []
-    for part in parts:
-        if isinstance(part, Table) and part.key is not None and part.values is not None:
-            stored.append(Value(part.key, part.rows()))
-        elif isinstance(part, StoredFact):
-            stored.append(Value(part.key, part.value))
-    return tuple(stored)
 
 
 def value_text(value: Any, unit: str = "", shown: ShownAs = "number") -> str:
@@ -329,19 +323,20 @@ def _is_number(value: Any) -> bool:
     return not isinstance(value, str) and not _is_unknown(value)
 
 
-def _document(parts: Sequence[Part]) -> dict[str, Any]:
-    document: dict[str, Any] = {}
+def values_of_parts(parts: Sequence[Part]) -> dict[str, Any]:
+    """Parts as JSON values by their keys."""
+    values: dict[str, Any] = {}
     for key, value in _entries(parts):
-        if key in document:
+        if key in values:
             raise ValueError(f"two parts of a result are called {key!r}")
-        document[key] = value
-    return document
+        values[key] = value
+    return values
 
 
 def _entries(parts: Sequence[Part]) -> Iterator[tuple[str, Any]]:
     for part in parts:
         if isinstance(part, Section):
-            yield from _entries(part.parts) if part.key is None else [(part.key, _document(part.parts))]
+            yield from _entries(part.parts) if part.key is None else [(part.key, values_of_parts(part.parts))]
         elif isinstance(part, StoredFact):
             yield part.key, plain(part.value)
         elif isinstance(part, Table) and part.key is not None and part.values is not None:

@@ -18,8 +18,8 @@ from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
 from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.document import result_document
+from gd_analyze.report.main_report import JSON, main_result
 from gd_analyze.report.terminal import text_of
-from gd_analyze.results.run_result import run_result
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.types import Drive
 from long_cases import long
@@ -193,11 +193,12 @@ def test_reports_are_made_again(run, here):
 
 
 def test_measured_torques_and_friction(measured_findings):
-    result = run_result(measured_findings)
-    text, found = text_of(result_document(result)), result.document()["measured_torque"]
+    text = text_of(result_document(main_result(measured_findings)))
+    values = main_result(measured_findings, JSON).values()
+    found = values["measured_torque"]
     assert max(map(len, text.splitlines())) <= 80
     assert found["verdict"] == "does not agree"
-    assert result.headline.startswith(SENTENCES[found["verdict"]])
+    assert values["headline"].startswith(SENTENCES[found["verdict"]])
     assert found["diagnosis"]["cause"] is not None
     assert found["diagnosis"]["remedy"] in found["agreement"]
     assert "`gd-analyze diagnose ROBOT LOG`" in found["agreement"]

@@ -91,7 +91,7 @@ def test_every_face_of_an_evaluation_has_the_one_verdict(models, two_link, case)
     assert result.headline == found.in_words
     assert "romise" not in text_of(result_document(result), 80).replace("promise)", "")
     # What machines read.
-    document = result.document()
+    document = result.values()
     assert document["passed"] == passed(expected)
     for said, one, verdict in zip(document["motions"], found.motions, verdicts, strict=True):
         assert said["passed"] == passed(verdict)

@@ -19,10 +19,10 @@ from gd_analyze.result import (
     Shown,
     Table,
     Value,
-    for_json,
     joint_values,
     plain,
     value_text,
+    values_of_parts,
 )
 from gd_analyze.schema import declared_columns, declared_table
 
@@ -114,7 +114,7 @@ def test_a_sum_in_brackets_longer_than_a_line_wraps():
 
 
 def test_as_json(result):
-    document = result.document()
+    document = result.values()
     assert document["joints"][0] == {
         "joint": 1, "joint_name": "shoulder", "effort_unit": "N m", "peak_torque": 5.0, "largest_share": 0.5,
     }  # fmt: skip
@@ -123,7 +123,7 @@ def test_as_json(result):
     assert document["notices"] == ["Note."]
     assert plain({"share": math.inf, "rows": [(math.nan, 1.5)]}) == {"share": None, "rows": [[None, 1.5]]}
     with pytest.raises(ValueError, match="error"):
-        Result("twice", facts=(Value("error", 1), Value("error", 2))).document()
+        Result("twice", facts=(Value("error", 1), Value("error", 2))).values()
 
 
 @pytest.mark.parametrize(
@@ -146,9 +146,9 @@ def test_every_part_has_the_names_that_its_class_takes(part, names):
 
 def test_json_and_people_see_their_own(result):
     table, other, *_ = result.parts
-    assert for_json([table, other]) == (Value("joints", table.rows()),)
+    assert values_of_parts([table, other]) == {"joints": table.rows()}
     assert [column.label for column, _, _ in table.shown()] == ["joint", "peak", "of peak"]
-    assert for_json([Shown("a", "b"), Fact("error", "Error", 1.0)]) == (Value("error", 1.0),)
+    assert values_of_parts([Shown("a", "b"), Fact("error", "Error", 1.0)]) == {"error": 1.0}
 
 
 def test_pages_may_show_more_columns_than_a_terminal():
@@ -158,8 +158,8 @@ def test_pages_may_show_more_columns_than_a_terminal():
         "dominance", "ranking", "", values, ["element", "verdict"], [*values][:3], seen=seen
     )
     assert table.rows() == [{"rank": 1, "element": "D12", "verdict": "both", "rms": 0.5}]
-    assert [cells for _, _, cells in table.shown()] == [["D12"], ["B"]]
-    assert [column.key for column, _, _ in table.shown(on_page=True)] == ["rank", "element", "verdict"]
+    shown = [(column.key, column.pages_only, cells) for column, _, cells in table.shown()]
+    assert shown == [("rank", True, ["1"]), ("element", False, ["D12"]), ("verdict", False, ["B"])]
 
 
 def test_a_heading_takes_a_word_or_the_label_of_a_second_dimension():

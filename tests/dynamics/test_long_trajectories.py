@@ -20,7 +20,7 @@ from gd_analyze.figures import run
 from gd_analyze.figures.run import STRETCHES, drawn
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
-from gd_analyze.results.run_result import run_headline
+from gd_analyze.results.run_facts import run_headline
 from gd_analyze.studies.steps import collect, read, set_points
 from gd_analyze.studies.steps.set_points import LongMotion
 from long_cases import long

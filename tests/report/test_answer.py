@@ -14,12 +14,13 @@ from gd_analyze.figures.figure import Area
 from gd_analyze.figures.structure import cells, matrix_figure, shares_of_torque
 from gd_analyze.formulas.formula import CircularFunction, Power
 from gd_analyze.operations.program import program_inputs
-from gd_analyze.report.answer import element_details, shown_verdict_lists
 from gd_analyze.report.budget import BudgetPath, summands
+from gd_analyze.report.element_details import element_details
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
+from gd_analyze.result import Fact
 from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
-from gd_analyze.results.run_result import notes, notices, stop_rows
+from gd_analyze.results.run_facts import elements_by_verdict, notes, notices, stop_rows
 from gd_analyze.simplification.torque_program import ROUGH, torque_program
 from gd_analyze.text import number
 from gd_analyze.types import Findings
@@ -71,13 +72,13 @@ def test_bars_are_shares_of_the_sum_of_rms(puma_findings: Findings) -> None:
 
 
 def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
-    groups = shown_verdict_lists(puma_findings)
-    listed = [label for group in groups for label in group.elements]
+    facts = {part.key: part for part in elements_by_verdict(puma_findings).parts if isinstance(part, Fact)}
     # Elements of which only the drive counts are named in words.
-    words = next(group.words for group in groups if group.verdict == "drives")
+    words = facts.pop("drives").written
+    listed = [label for fact in facts.values() for label in fact.value]
     listed += re.findall(r"D\d\d", words)
     assert sorted(listed) == sorted(puma_findings.dominance.element.values.tolist())
-    assert [one["label"] for one in element_details(puma_findings)][:7] == [
+    assert [*element_details(puma_findings)][:7] == [
         *(f"D1{j}" for j in range(1, 7)),
         "D22",
     ]

@@ -77,7 +77,8 @@ def test_signs_and_brackets_stay_right(tab: Tab) -> None:
     for place in range(0, 21, 4):
         tab.drag_budget(place)
         wrong = tab.run(
-            "[...document.querySelectorAll('.equation-of:not([hidden]) > .line')].filter((line) => {"
+            "[...document.querySelectorAll('.equation-of > .line')].filter((line) => {"
+            " if (!line.checkVisibility()) return false;"
             " const words = line.innerText.replace(/[\\s\\u2061]/g, '');"
             " const broken = words.includes('(+') || words.includes('()');"
             " return broken || words.startsWith('+') || words === ''; }).length"

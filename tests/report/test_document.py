@@ -12,7 +12,7 @@ import pytest
 from gd_analyze.formulas.formula import Symbol
 from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_report import main_report
+from gd_analyze.report.main_report import JSON, TERMINAL, main_report, main_result
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import (
@@ -25,7 +25,6 @@ from gd_analyze.result import (
     Table,
     Value,
 )
-from gd_analyze.results.run_result import run_result
 from gd_analyze.text import pretty
 from gd_analyze.types import Findings
 from page_reader import Page
@@ -36,13 +35,13 @@ RAISED = ["an area of 3 m^2", "2.10e-14 N m", "1.5e+06 kg m^2", "hash 12e34", "x
 
 
 def test_documents_are_json(puma_findings: Findings) -> None:
-    for document in (result_document(run_result(puma_findings)), main_report(puma_findings)):
+    for document in (result_document(main_result(puma_findings, TERMINAL)), main_report(puma_findings)):
         assert json.loads(json.dumps(document.content, allow_nan=False)) == document.content
 
 
 def test_values_are_what_json_prints(puma_findings: Findings) -> None:
-    result = run_result(puma_findings)
-    assert result_document(result).content["values"] == result.document()
+    result = main_result(puma_findings, JSON)
+    assert result_document(result).content["values"] == result.values()
 
 
 def test_a_table_is_decided_once() -> None:

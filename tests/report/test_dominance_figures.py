@@ -12,8 +12,8 @@ import gd_analyze as gd
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
+from gd_analyze.report.main_report import JSON, main_result
 from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
-from gd_analyze.results.run_result import run_result
 from gd_analyze.results.verdict_lists import LISTS
 from recordings import swung
 
@@ -31,7 +31,7 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     marks = {words.y: words.text for words in panel.items[1:] if words.right == 6.0}
     rows = {row["element"]: row["verdict"] for row in element_rows(puma_findings)}
     assert [marks[k + 0.75] for k in range(len(labels))] == [LETTERS[rows[label]] for label in labels]
-    listed = run_result(puma_findings).document()["verdicts"]
+    listed = main_result(puma_findings, JSON).values()["verdicts"]
     assert {label: name for name in LISTS for label in listed[name]} == {
         label: effect_of(row) for label, row in zip(rows, element_rows(puma_findings), strict=True)
     }

@@ -14,11 +14,10 @@ from gd_analyze import Trajectory
 from gd_analyze.report.budget import BudgetPath, summands
 from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
-from gd_analyze.report.main_report import main_report
+from gd_analyze.report.main_report import main_report, main_result
 from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
 from gd_analyze.result import Column, Fact, Result, Table
-from gd_analyze.results.run_result import is_unreadable, run_result
 from gd_analyze.robots.parts import JointKind
 from gd_analyze.types import Findings, RobotArm
 from long_cases import long
@@ -72,6 +71,13 @@ def test_what_is_numbered_is_there_once(page: Page) -> None:
         found = [int(number) for number in re.findall(rf"{kind} (\d+)\.", page.text)]
         assert sorted(found) == list(range(1, len(found) + 1))
         assert len(found) >= sum(name.startswith(place) for name in page.identifiers) > 0
+
+
+def test_tables_of_one_name_have_numbers_and_places_of_their_own(measured_findings: Findings) -> None:
+    page = Page(page_of(main_report(measured_findings)))
+    found = [int(number) for number in re.findall(r"Table (\d+)\.", page.text)]
+    assert found == list(range(1, len(found) + 1))
+    assert len(set(page.identifiers)) == len(page.identifiers)
 
 
 def test_terms_that_are_shown_are_the_model(puma_findings: Findings, page: Page) -> None:
@@ -142,15 +148,15 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
         # At 20 % seven terms exceed the budget alone, at 50 % two.
-        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_result"):
+        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_facts"):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
     findings = gd.analyze(two_link, swing)
-    assert is_unreadable(findings)
+    assert findings.is_unreadable
     assert "No readable model" in findings._repr_html_()
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(page_of(main_report(findings))))
-    terminal = " ".join(text_of(result_document(run_result(findings))).split())
+    terminal = " ".join(text_of(result_document(main_result(findings))).split())
     for said in (words, terminal):
         assert f"the exact torque in {full} operations" in said
         assert "too many" in said
@@ -158,7 +164,7 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         assert ("`--budget 50%`" in terminal) == (why != "too many in all")
     if why != "too many in all":  # and the one named works
         wider = gd.analyze(two_link, swing, budget="50%")
-        assert not is_unreadable(wider)
+        assert not wider.is_unreadable
         assert wider.model.saves
     assert "dominant parts" in words
     assert pdf_of(main_report(findings)).startswith(b"%PDF-")

@@ -11,14 +11,11 @@ import pytest
 from gd_analyze.errors import GdAnalyzeError
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.report import pdf
-from gd_analyze.report.answer import shown_verdict_lists
 from gd_analyze.report.document import result_document
 from gd_analyze.report.main_report import main_report
 from gd_analyze.report.pdf import pdf_of, typeset
-from gd_analyze.report.sections import sections
 from gd_analyze.result import Column, Result, Table
 from gd_analyze.results.model_facts import H_NOTE
-from gd_analyze.results.run_result import stop_facts
 from gd_analyze.types import Findings
 from pdf_reader import read
 from report_cases import HOSTILE, made_findings
@@ -40,14 +37,14 @@ def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Finding
         assert said.partition("^")[0] in words
     for joint in puma_findings.arm.joints:
         assert joint.name in words
-    for group in shown_verdict_lists(puma_findings):
-        assert group.heading in words
+    for fact in opening["parts"]["verdicts"][0]["facts"]:
+        assert fact["label"] in words
     labels = [subscripted(label) for label in puma_findings.dominance.element.values.tolist()]
     assert all(label in words for label in labels)
     assert "The model" in words
     assert H_NOTE.partition("--")[0].strip() in words
-    for fact in stop_facts(puma_findings):
-        assert f"{fact.label}: {fact.written}" in words
+    for stop in opening["parts"]["stops"][0]["facts"]:
+        assert f"{stop['label']}: {stop['text']}" in words
     assert {"Figure 1.", "Figure 2."} <= set(re.findall(r"(?:Figure|Table) \d\.", words))
 
 
@@ -62,8 +59,8 @@ def test_d_and_h_by_effect_follow_the_first_page(
 def test_every_part_is_there_in_order(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
     words = " ".join(read(puma_pdf, tmp_path).split()).replace("’", "'")
     places = [
-        words.find(f"{letter} {section.title}")
-        for letter, section in zip("ABCDEFGHIJ", sections(puma_findings), strict=False)
+        words.find(f"{section['letter']} {section['title']}")
+        for section in main_report(puma_findings).content["appendices"]
     ]
     assert -1 not in places
     assert places == sorted(places)
@@ -77,8 +74,8 @@ def test_every_part_is_there_in_order(puma_pdf: bytes, puma_findings: Findings, 
 def test_no_heading_stands_alone(puma_pdf: bytes, puma_findings: Findings, tmp_path: Path) -> None:
     """Below it, on its page, is the caption of a figure or a table, or an equation."""
     pages = [" ".join(page.split()) for page in read(puma_pdf, tmp_path).replace("’", "'").split("\f")]
-    for letter, section in zip("ABCDEFGHIJ", sections(puma_findings), strict=False):
-        heading = f"{letter} {section.title}"
+    for section in main_report(puma_findings).content["appendices"]:
+        heading = f"{section['letter']} {section['title']}"
         below = next(page.partition(heading)[2] for page in pages if heading in page)
         assert re.search(r"(Figure|Table) \d+\.|\(3\.4", below), heading
 
@@ -97,9 +94,10 @@ def test_user_text_comes_out_literally(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["recorded", "measured_findings", "two_motions"])
 def test_any_run_can_be_typeset(name: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     findings = request.getfixturevalue(name)
-    words = " ".join(read(pdf_of(main_report(findings)), tmp_path).split()).replace("’", "'")
-    for section in sections(findings):
-        assert section.title in words
+    report = main_report(findings)
+    words = " ".join(read(pdf_of(report), tmp_path).split()).replace("’", "'")
+    for section in report.content["appendices"]:
+        assert section["title"] in words
 
 
 @pytest.mark.parametrize("level", ["element", "term", "energy"])

@@ -11,8 +11,9 @@ import gd_analyze as gd
 from gd_analyze import Trajectory, analyze
 from gd_analyze.cache import without_cache
 from gd_analyze.errors import OutputError, UsageError
+from gd_analyze.report.main_report import JSON, main_result
 from gd_analyze.results.model_facts import headline, worst_error
-from gd_analyze.results.run_result import run_headline, run_result
+from gd_analyze.results.run_facts import run_headline
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
@@ -99,7 +100,7 @@ def test_where_a_bound_is_loose_states_are_tried_and_stored(two_link, swing, mon
     assert (tube.tube_worst_found.values <= model.accuracy.allowed).all()
     assert (tube.tube_certified >= tube.tube_worst_found).all()
     assert "200 000 states" in run_headline(found)
-    facts = run_result(found).document()
+    facts = main_result(found, JSON).values()
     assert facts["tried_error"] == pytest.approx(float(tube.tube_worst_found_share.max()))
     assert facts["tube"]["tried"] == 200_000
     gd.tables.save_results(found, tmp_path / "analysis.h5")
@@ -114,7 +115,7 @@ def test_the_number_of_terms_counts_unlisted_ones(puma, pick_and_place) -> None:
     findings = gd.analyze(arm, pick_and_place, level="term", at_set_points=True)
     total = findings.tables["terms"].attrs["total"]
     assert total == len(TERM.terms(findings.model.form)) > findings.tables["terms"].sizes["rank"]
-    assert run_result(findings).document()["terms_total"] == total
+    assert main_result(findings, JSON).values()["terms_total"] == total
 
 
 def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings):
@@ -128,7 +129,7 @@ def test_the_tube_holds_what_certify_proves(puma, pick_and_place, puma_findings)
         np.testing.assert_array_equal(table[f"tube_margin_{name}"], margins)
     assert (table.tube_certified >= model.accuracy.errors.largest).all()
     assert (table.tube_certified < puma_findings.tables["beyond"].certified).all()
-    assert table.attrs["note"] in run_result(puma_findings).document()["notices"]
+    assert table.attrs["note"] in main_result(puma_findings, JSON).values()["notices"]
 
 
 @pytest.mark.parametrize("margin", ["3deg,qd=6%", gd.types.Margin(revolute=np.radians(3.0), velocity=0.06)])
@@ -148,7 +149,7 @@ def test_a_torn_motion_has_no_certificate_and_one_point_has(two_link):
     q = np.array([[0.0, 0.0], [1.0, 1.0], [1.1, 1.2]])
     torn = gd.analyze(two_link, Trajectory(np.array([0.0, 1e-9, 1.0]), q, 0.1 + 0 * q, 1 + 0 * q, "torn"))
     assert torn.tables["tube"].tube_certified.isnull().all()
-    assert run_result(torn).document()["proven_error"] is None
+    assert main_result(torn, JSON).values()["proven_error"] is None
     assert "not proven" in run_headline(torn) or not torn.model.saves
     one = gd.analyze(two_link, Trajectory(np.zeros(1), q[:1], q[:1], q[:1], "one"))
     assert one.tables["tube"].tube_certified.notnull().all()
@@ -180,7 +181,7 @@ def test_it_is_said_where_nothing_can_be_dropped(of_budget, swing_findings):
     model = of_budget("0.0001%")
     assert not model.saves
     assert f"{model.operations_full.total} operations" in headline(model)
-    assert run_result(swing_findings).document()["proven_error"] == 0.0
+    assert main_result(swing_findings, JSON).values()["proven_error"] == 0.0
 
 
 class Events(Progress):

@@ -9,8 +9,9 @@ import pytest
 
 import gd_analyze as gd
 from gd_analyze.dynamics import decomposition
+from gd_analyze.report.main_report import JSON, main_result
 from gd_analyze.results.motion_result import strict_notice, verdict_rows
-from gd_analyze.results.run_result import run_headline, run_result, subtitle
+from gd_analyze.results.run_facts import run_headline, subtitle
 from gd_analyze.studies.settings import default_folder
 from gd_analyze.studies.study_files import write_findings
 from recordings import swung
@@ -53,7 +54,7 @@ def test_verdicts_that_change_are_told(together):
     assert rows["h1"]["changes"]
     # Gravity counts along both.
     assert (rows["c1"]["verdicts"], rows["c1"]["changes"]) == (["gravity", "gravity"], False)
-    found = run_result(together).document()["motions"]
+    found = main_result(together, JSON).values()["motions"]
     assert found["changing"] == [name for name in rows if rows[name]["changes"]]
     assert all(row["worst"] <= ROUNDED for row in found["each"])
     assert found["worst_of_allowed"] == max(row["worst"] for row in found["each"])
@@ -69,7 +70,7 @@ def test_it_holds_near_each(together):
     assert (table.certified >= table.largest_error * (1 - 1e-9)).all()
     np.testing.assert_array_equal(table.certified.max("motion"), together.tables["tube"].tube_certified)
     assert "(proven)" in run_headline(together)
-    found = run_result(together).document()
+    found = main_result(together, JSON).values()
     # A share of the peak torque along the motion that uses most of its budget, which is 20 % of it.
     assert found["proven_error"] == pytest.approx(0.2 * float(share.max()))
     assert max(row["proven"] for row in found["motions"]["each"]) == pytest.approx(float(share.max()))

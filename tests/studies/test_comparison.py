@@ -64,7 +64,7 @@ def test_a_wrong_formulation_is_noticed(two_link):
 
 
 def test_the_result_holds_everything(two_link, swing, monkeypatch):
-    told = json.loads(json.dumps(comparison(two_link, swing).document(), allow_nan=False))
+    told = json.loads(json.dumps(comparison(two_link, swing).values(), allow_nan=False))
     methods, differences = told["methods"], told["from_pinocchio"]
     assert [row["name"] for row in methods] == [row["name"] for row in differences[:-1]] == list(METHODS)
     for row in methods:
@@ -77,7 +77,7 @@ def test_the_result_holds_everything(two_link, swing, monkeypatch):
     apart = dataclasses.replace(found, bounds=dict.fromkeys(found.bounds, 0.0))
     monkeypatch.setattr(module, "agreement", lambda *_, **__: apart)
     disagreeing = comparison(two_link)
-    assert not disagreeing.document()["agrees"]
+    assert not disagreeing.values()["agrees"]
     assert "DISAGREE" in disagreeing.headline
 
 

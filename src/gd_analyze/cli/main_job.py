@@ -137,6 +137,7 @@ def report(
 
 def _give(findings: Findings, folder: Path, formats: tuple[str, ...], output: Output, top: int) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
-    from gd_analyze.results.run_result import run_result
+    from gd_analyze.report.main_report import JSON, TERMINAL, main_result
 
-    output.give(run_result(findings, top), *(folder / RESULT_FILES[name] for name in formats), folder=folder)
+    result = main_result(findings, JSON if output.as_json else TERMINAL, top)
+    output.give(result, *(folder / RESULT_FILES[name] for name in formats), folder=folder)

@@ -56,7 +56,7 @@ class Output:
         if self.as_json:
             ends = {"warnings": self.warnings, "files": list(map(str, written))}
             # In ASCII and without the NaN and Infinity that JSON does not know.
-            click.echo(json.dumps(result.document() | ends, indent=2, allow_nan=False))
+            click.echo(json.dumps(result.values() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
             from gd_analyze.report.document import result_document
             from gd_analyze.report.terminal import text_of, wrapped

@@ -109,7 +109,7 @@ class _MovingProgress(Progress):
         from gd_analyze.report.document import result_document
         from gd_analyze.report.terminal import text_of
         from gd_analyze.result import Result
-        from gd_analyze.results.run_result import verdict_section
+        from gd_analyze.results.run_facts import verdict_section
 
         self._warned.tell()
         section = verdict_section(ranking)

@@ -184,11 +184,13 @@ def equation_part(
     legend: Legend | None = None,
     note: str = "",
     digits: int = 3,
+    most_lines: int | None = None,
 ) -> Equations:
-    """Formulas as a part of a result, with this many digits."""
+    """Formulas as a part of a result, with this many digits; `most_lines` is that of `Equations`."""
     plain, formulas = Plain(digits), tuple(formulas)
     explained = () if legend is None else plain.legend(legend)
-    return Equations(key, title, tuple(map(plain.line, formulas)), formulas, legend, explained, note)
+    lines = tuple(map(plain.line, formulas))
+    return Equations(key, title, lines, formulas, legend, explained, note, most_lines)
 
 
 class LatexPrinter(Printer):

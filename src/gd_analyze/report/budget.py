@@ -13,7 +13,6 @@ import numpy as np
 
 from gd_analyze.formulas.formula import Formula, Power, Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
-from gd_analyze.formulas.writing import element_formulas
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.document import legend_of
@@ -22,7 +21,7 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import gamma_size, structure_note, worst_error
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
-from gd_analyze.results.run_result import stop_rows
+from gd_analyze.results.run_facts import stop_rows
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands
 
@@ -61,9 +60,7 @@ class BudgetPath:
 
     def formulas(self, findings: Findings, k: int) -> tuple[Formula, ...]:
         """Elements of the model at a position."""
-        model = findings.model
-        drives = model.arm.drive_inertia.tolist() if model.drives else ()
-        return element_formulas(model.form.printed(self.torques(findings, k)), drives)
+        return findings.model.by_element(self.torques(findings, k)).formulas
 
     def proofs(self, findings: Findings) -> list[str]:
         """What is known of each model near the motion."""
@@ -108,12 +105,12 @@ class BudgetPath:
         }
 
 
-def budget_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
+def budget_data(findings: Findings) -> dict[str, Any]:
     """The slider: named budgets, models by position, and the exact counts beside theirs.
 
     Without other models "path" is None, and "reason" says why.
     """
-    model, kind = findings.model, made_of(findings)
+    model, kind, path = findings.model, made_of(findings), BudgetPath.of(findings)
     reason = ""
     if not path.moves and len(path.rows) > 1 and kind != "exact":
         low, high = (budget_words(path.rows[k]["budget"]) for k in (0, -1))
@@ -196,70 +193,36 @@ class _Term:
     summand: Summand
     budgets: set[int] = field(default_factory=set)
 
-    @property
-    def negative(self) -> bool:
-        return self.summand.weight < 0.0
+    def data(self, path: BudgetPath, *, in_bracket: bool = False, turned: bool = False) -> dict[str, Any]:
+        """For the page; in a bracket velocities stand behind it, and its sign may turn that of the term."""
+        factors, velocities, weight = self.summand
+        powers = factors if in_bracket else factors + velocities
+        return {
+            "mathml": f"<math>{_MATHS.product(Product(abs(weight), powers))}</math>",
+            "negative": (weight < 0.0) != turned,
+            "hidden": path.asked not in self.budgets,
+            "kept": "".join("1" if k in self.budgets else "0" for k in range(len(path.rows))),
+        }
 
 
 # Terms of an element by velocities, by other factors, and by the coefficient as it is written.
-_Line = dict[tuple[Power, ...], dict[tuple[Power, ...], dict[str, _Term]]]
+_ByFactors = dict[tuple[Power, ...], dict[str, _Term]]
+_Line = dict[tuple[Power, ...], _ByFactors]
 
 
-class _Writer(NamedTuple):
-    """Writes elements with the terms of all budgets; without scripts, those of the report's model show."""
-
-    budgets: int  # their number
-    asked: int  # index of the report's own
-
-    def shown(self, terms: list[_Term]) -> list[_Term]:
-        return [term for term in terms if self.asked in term.budgets]
-
-    def term(self, term: _Term, *, bracketed: bool, turned: bool, first: bool) -> dict[str, Any]:
-        factors, velocities, weight = term.summand
-        powers = factors if bracketed else factors + velocities
-        return {
-            "mathml": f"<math>{_MATHS.product(Product(abs(weight), powers))}</math>",
-            "negative": term.negative != turned,
-            "first": first,
-            "hidden": self.asked not in term.budgets,
-            "kept": "".join("1" if k in term.budgets else "0" for k in range(self.budgets)),
-        }
-
-    def group(self, velocities: tuple[Power, ...], terms: list[_Term], *, first: bool) -> dict[str, Any]:
-        """Terms with the same velocities, in a bracket if there are several; the first sign precedes it."""
-        visible = self.shown(terms)
-        leads = visible[:1]
-        if len(terms) == 1 or not velocities:
-            inside = [
-                self.term(term, bracketed=False, turned=False, first=first and term in leads)
-                for term in terms
-            ]
-            return {"bracketed": False, "terms": inside}
-        turned = (leads or terms)[0].negative
-        space = _MATHS.between_factors
-        return {
-            "bracketed": True,
-            "terms": [self.term(term, bracketed=True, turned=turned, first=term in leads) for term in terms],
-            "negative": turned,
-            "first": first and bool(visible),
-            "single": len(visible) == 1,
-            "hidden": not visible,
-            "velocities": f"<math>{space}{space.join(map(_MATHS.power, velocities))}</math>",
-        }
-
-    def element(self, left: Symbol, line: _Line) -> dict[str, Any]:
-        groups, first = [], True
-        for velocities, by_factors in line.items():
-            terms = [term for versions in by_factors.values() for term in versions.values()]
-            groups.append(self.group(velocities, terms, first=first))
-            first = first and not self.shown(terms)
-        return {
-            "quantity": _QUANTITIES[left.letter],
-            "label": f"{left.letter}{left.index}",
-            "left": _MATHS.left(Formula(left, ())),
-            "groups": groups,
-            "hidden": first,
-        }
+def _group(path: BudgetPath, velocities: tuple[Power, ...], by_factors: _ByFactors) -> dict[str, Any]:
+    """Terms with the same velocities, in a bracket if there are several; the first sign precedes it."""
+    terms = [term for versions in by_factors.values() for term in versions.values()]
+    if len(terms) == 1 or not velocities:
+        return {"bracketed": False, "terms": [term.data(path) for term in terms]}
+    first = next((term for term in terms if path.asked in term.budgets), terms[0])
+    turned, space = first.summand.weight < 0.0, _MATHS.between_factors
+    return {
+        "bracketed": True,
+        "terms": [term.data(path, in_bracket=True, turned=turned) for term in terms],
+        "negative": turned,
+        "velocities": f"<math>{space}{space.join(map(_MATHS.power, velocities))}</math>",
+    }
 
 
 def budget_equations(findings: Findings, path: BudgetPath) -> list[dict[str, Any]]:
@@ -276,19 +239,30 @@ def budget_equations(findings: Findings, path: BudgetPath) -> list[dict[str, Any
                 written += "-" if summand.weight < 0.0 else ""
                 versions = elements[formula.left][summand.velocities][summand.factors]
                 versions.setdefault(written, _Term(summand)).budgets.add(k)
-    writer, order = _Writer(len(path.rows), path.asked), [*_QUANTITIES]
-    ordered = sorted(elements, key=lambda left: (order.index(left.letter), _joints(left)))
-    return [writer.element(left, elements[left]) for left in ordered]
+    order = [*_QUANTITIES]
+    return [
+        {
+            "quantity": _QUANTITIES[left.letter],
+            "label": f"{left.letter}{left.index}",
+            "left": _MATHS.left(Formula(left, ())),
+            "groups": [
+                _group(path, velocities, by_factors) for velocities, by_factors in elements[left].items()
+            ],
+        }
+        for left in sorted(elements, key=lambda left: (order.index(left.letter), _joints(left)))
+    ]
 
 
-def terms_data(findings: Findings, path: BudgetPath) -> dict[str, Any]:
-    """The model's terms as the slider moves them, with what explains them."""
+def terms_data(findings: Findings) -> dict[str, Any] | None:
+    """The model's terms as the slider moves them, with what explains them; None without terms."""
     model = findings.model
+    if made_of(findings) != "terms":
+        return None
     structure, _, gamma = structure_note(model).partition("\n")
     return {
         "structure": structure,
         "gamma": gamma,
-        "elements": budget_equations(findings, path),
+        "elements": budget_equations(findings, BudgetPath.of(findings)),
         "legend": legend_of(model.equations.legend),
         "own_coefficients": model.level is ENERGY,
     }

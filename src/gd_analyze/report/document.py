@@ -18,6 +18,7 @@ from gd_analyze.result import (
     Column,
     Drawing,
     Equations,
+    Fact,
     Mark,
     Part,
     Result,
@@ -44,7 +45,7 @@ class Document(NamedTuple):
 def result_document(result: Result) -> Document:
     """Make the document of a result."""
     parts = PartWriter()
-    content = opening_of(result) | {"parts": parts.of(result.parts), "values": result.document()}
+    content = opening_of(result) | {"parts": parts.of(result.parts), "values": result.values()}
     return Document(content, parts.figures)
 
 
@@ -71,35 +72,30 @@ class PartWriter:
 
     most_on_paper: int | None = None  # rows of a table; None for all that people see
     figures: dict[str, Figure] = field(default_factory=dict)
-    tables: dict[str, int] = field(default_factory=dict)  # numbers by key
+    tables: list[str] = field(default_factory=list)  # keys of those numbered
 
     def of(self, parts: Iterable[Part]) -> list[dict[str, Any]]:
-        """Write what people see of parts; facts that follow each other are one part."""
+        """Write what people see of parts; facts that follow each other are one part.
+
+        Parts of a section without a heading stand by themselves.
+        """
         out: list[dict[str, Any]] = []
         for are_facts, alike in groupby(parts, lambda part: isinstance(part, AnyFact)):
             if are_facts:
                 facts = _facts(alike)
                 out += [{"kind": "facts", "facts": facts}] if facts else []
-            else:
-                out += [self.part(part) for part in alike if not isinstance(part, Table) or _is_seen(part)]
+                continue
+            for part in alike:
+                if isinstance(part, Section):
+                    inside = self.of(part.parts)
+                    out += [_section(part, inside)] if part.title or part.note else inside
+                elif isinstance(part, Drawing):
+                    out.append(self._figure(part))
+                elif isinstance(part, Equations):
+                    out.append(_equations(part))
+                elif isinstance(part, Table) and _is_seen(part):
+                    out.append(self._table(part))
         return out
-
-    def part(self, part: Part) -> dict[str, Any]:
-        """Write one part other than a fact."""
-        if isinstance(part, Section):
-            return {
-                "kind": "section",
-                "key": part.key,
-                "title": part.title,
-                "note": _lines(part.note),
-                "parts": self.of(part.parts),
-            }
-        if isinstance(part, Drawing):
-            return self._figure(part)
-        if isinstance(part, Equations):
-            return _equations(part)
-        assert isinstance(part, Table)
-        return self._table(part)
 
     def _figure(self, drawing: Drawing) -> dict[str, Any]:
         figure = drawing.figure
@@ -118,13 +114,17 @@ class PartWriter:
         n_rows = table.n_rows if table.top is None else min(table.top, table.n_rows)
         on_paper = n_rows if self.most_on_paper is None else min(n_rows, self.most_on_paper)
         more = f"{n_rows - on_paper} more rows stand in the page and in `--json`."
-        number = self.tables.setdefault(table.key, len(self.tables) + 1) if table.key is not None else None
+        number, key = None, table.key
+        if key is not None:
+            number = len(self.tables) + 1
+            key = f"{key}-{number}" if key in self.tables else key  # the place of one table on a page
+            self.tables.append(key)
         return {
             "kind": "table",
-            "key": table.key,
+            "key": key,
             "number": number,
             "title": table.title,
-            "columns": [_column(*shown) for shown in table.shown(on_page=True)],
+            "columns": [_column(*shown) for shown in table.shown()],
             "rows": n_rows,
             "of": table.n_rows,
             "note": _lines(table.note),
@@ -138,9 +138,25 @@ def _is_seen(table: Table) -> bool:
     return table.n_rows > 0 and table.top != 0
 
 
-def _facts(parts: Iterable[Part]) -> list[dict[str, str]]:
-    seen = [part for part in parts if isinstance(part, SeenFact)]
-    return [{"label": fact.label, "text": fact.written} for fact in seen]
+def _section(section: Section, parts: Sequence[Any]) -> dict[str, Any]:
+    return {
+        "kind": "section",
+        "key": section.key,
+        "title": section.title,
+        "note": _lines(section.note),
+        "parts": parts,
+    }
+
+
+def _facts(parts: Iterable[Part]) -> list[dict[str, Any]]:
+    return [_fact(part) for part in parts if isinstance(part, SeenFact)]
+
+
+def _fact(fact: SeenFact) -> dict[str, Any]:
+    out: dict[str, Any] = {"label": fact.label, "text": fact.written, "note": fact.note}
+    if isinstance(fact, Fact):
+        out |= {"key": fact.key, "drawn": [typeset_value(value) for value in fact.drawn]}
+    return out
 
 
 def _column(column: Column, unit: str, cells: Sequence[str]) -> dict[str, Any]:

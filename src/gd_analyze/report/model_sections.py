@@ -1,10 +1,9 @@
-"""The model in the main report: formulas, terms kept, operations saved, and errors elsewhere."""
+"""The model of the main job: formulas, terms kept, operations saved, and errors elsewhere."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,11 +13,21 @@ from gd_analyze.formulas.formula import Symbol
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.formulas.writing import energy_formulas, torque_legend, torque_symbol
 from gd_analyze.harmonics.terms import TorqueTerm, Velocity
-from gd_analyze.result import Column, Drawing, Mark, Part, Section, Shown, Table, joint_values
+from gd_analyze.result import (
+    Column,
+    Drawing,
+    Equations,
+    Mark,
+    Part,
+    Section,
+    Shown,
+    Table,
+    Value,
+    joint_values,
+)
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import operations_table, structure_note
 from gd_analyze.results.rows import dropped_parts
-from gd_analyze.results.run_result import is_unreadable
 from gd_analyze.results.shown_tables import dropped_table, far_errors_table, near_errors_table, payload_table
 from gd_analyze.schema import declared_columns
 from gd_analyze.simplification.element import kept_effects
@@ -27,6 +36,8 @@ from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import inertia_label, joined, percent
 
+# Most lines of equations in a terminal.
+_MOST_LINES = 25
 _CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
@@ -41,39 +52,51 @@ _ENERGY = (
 
 def made_of(findings: Findings) -> str:
     """Kind of the model: "terms", "parts" of elements, or "exact" where no model can be read."""
-    if is_unreadable(findings):
+    if findings.is_unreadable:
         return "exact"
     return "terms" if findings.model.has_terms else "parts"
 
 
-def model_parts(findings: Findings) -> tuple[Part, ...]:
-    """The model itself as formulas, with explanations."""
+def equations_by_element(findings: Findings) -> Iterator[Equations]:
+    """D, h and c of a model of terms."""
+    model = findings.model
+    if model.has_terms and not model.is_exact:
+        written = model.equations
+        yield equation_part(
+            "equations_by_element",
+            "",
+            written.formulas,
+            written.legend,
+            structure_note(model),
+            most_lines=_MOST_LINES,
+        )
+
+
+def model_equations(findings: Findings) -> Equations:
+    """The model as a report writes it, with explanations."""
     model, kind = findings.model, made_of(findings)
-    if kind == "exact":
-        return _substitute_parts(findings)
-    if kind == "parts":
-        return (equation_part("model", "", findings.element_model.formulas, note=_PARTS),)
+    if kind != "terms":
+        note = _PARTS if kind == "parts" else f"{_substitute_note(findings)}\n{_PARTS}"
+        return equation_part("model", "", findings.element_model.formulas, note=note)
     if model.level is ENERGY:
         with_velocities = (
             TorqueTerm(0, () if t.is_potential else (Velocity(1, t.i), Velocity(1, t.j)), t.monomial)
             for t in model.terms
         )
         legend = torque_legend(model.form.velocities, with_velocities)
-        return (equation_part("model", "", energy_formulas(model.terms), legend, _ENERGY),)
-    by_element = model.equations
+        return equation_part("model", "", energy_formulas(model.terms), legend, _ENERGY)
     note = f"{structure_note(model)}\n{_TERMS}".lstrip()
-    return (equation_part("model", "", by_element.formulas, by_element.legend, note),)
+    return equation_part("model", "", model.equations.formulas, model.equations.legend, note)
 
 
-def _substitute_parts(findings: Findings) -> tuple[Part, ...]:
+def _substitute_note(findings: Findings) -> str:
     """What stands for a model that can be read: the dominant parts of the elements, and the exact torque."""
-    elements, share = findings.element_model, _largest_share(findings.element_model)
-    note = (
+    return (
         f"No model with at most {READABLE} terms keeps the budget, so these are the dominant parts of the "
-        f"elements, with an error of up to {percent(share)} of peak torque at the set points. The exact "
-        f"torque takes {findings.model.operations_full.in_words}; `model.json` has it.\n{_PARTS}"
+        f"elements, with an error of up to {percent(_largest_share(findings.element_model))} of peak torque "
+        f"at the set points. The exact torque takes {findings.model.operations_full.in_words}; `model.json` "
+        "has it."
     )
-    return (equation_part("model", "", elements.formulas, note=note),)
 
 
 def _largest_share(model: SimplifiedModel) -> float:
@@ -81,7 +104,7 @@ def _largest_share(model: SimplifiedModel) -> float:
     return float(shares[np.isfinite(shares)].max(initial=0.0))
 
 
-def model_section(findings: Findings) -> Section:
+def savings_appendix(findings: Findings) -> Section:
     """Terms of the exact equations that the model keeps, and the operations saved."""
     model, kind = findings.model, made_of(findings)
     parts: list[Part] = []
@@ -90,7 +113,7 @@ def model_section(findings: Findings) -> Section:
     elif kind == "parts":
         parts += [_kept_matrix(findings), *_dropped(findings)]
     if kind != "parts" or not model.is_exact:
-        parts.append(operations_table("operations", model))
+        parts.append(operations_table(model))
     parts.append(_steps(model))
     note = (
         "Operations are counted in the program that computes only what the model needs: factored, common "
@@ -189,18 +212,27 @@ def _kept_matrix(findings: Findings) -> Table:
     return _matrix("kept_parts", title, [torque_symbol(i) for i in range(n)], heads, cells)
 
 
-def beyond_section(findings: Findings) -> Section:
+def tube_section(findings: Findings) -> Section:
+    """Errors near the motion, and how near, for JSON."""
+    stated = findings.tables["tube"].attrs
+    values = (Value(key, stated[key]) for key in ("coarse", "tried", "note"))
+    return Section("tube", "", (near_errors_table(findings), *values))
+
+
+def beyond_appendix(findings: Findings) -> Section:
     """Errors near the motion and beyond it, and the effect of a payload or uncertain parameters."""
     has_tube = findings.tables["tube"].tube_worst_found.notnull().any()
-    near = [replace(near_errors_table(findings), key="tube")] if has_tube else []
+    near = [near_errors_table(findings)] if has_tube else []
     words = "Errors as multiples of the allowed error, on a logarithmic scale."
     ratios = Drawing("beyond", words, reach_figure(findings))
     parts: tuple[Part, ...] = (*near, ratios, far_errors_table(findings), payload_table(findings))
     return Section("beyond", "Near this motion, and beyond it", parts)
 
 
-def founding_section(findings: Findings) -> Section:
-    """The model by [FGL87]'s own method."""
+def by_hand_appendix(findings: Findings) -> Section | None:
+    """The model by [FGL87]'s own method, where it is not the run's."""
+    if made_of(findings) == "parts":
+        return None
     model, elements = findings.model, findings.element_model
     share = _largest_share(elements)
     note = (
@@ -212,7 +244,7 @@ def founding_section(findings: Findings) -> Section:
     parts = (
         _kept_matrix(findings),
         equation_part("elements", "", elements.formulas, note=_PARTS),
-        operations_table("element_operations", elements),
+        operations_table(elements),
         *_dropped(findings),
         *_by_verdicts(findings),
     )

@@ -15,7 +15,7 @@ from gd_analyze.report.document import Document
 
 _TEMPLATES = Path(__file__).parent / "templates"
 # What only a page or a program reads.
-_NOT_PRINTED = ("values", "played", "elements", "terms", "budget")
+_NOT_PRINTED = ("values", "interactive")
 
 
 def pdf_of(document: Document) -> bytes:

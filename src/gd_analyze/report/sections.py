@@ -1,4 +1,4 @@
-"""The appendices of the main report, the same on page and PDF."""
+"""Appendices of the main report, the same on page and PDF."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 from gd_analyze.diagnosis.log_verdict import DISPUTED
 from gd_analyze.figures.arm import views_figure
 from gd_analyze.figures.dominance import dominance_figure
-from gd_analyze.figures.elements import Look, vector_figure
+from gd_analyze.figures.elements import MOST_MARKED_SET_POINTS, Look, inertia_figure, vector_figure
 from gd_analyze.figures.joints import (
     contributions_figure,
     error_figure,
@@ -18,14 +18,13 @@ from gd_analyze.figures.joints import (
     recording_figure,
 )
 from gd_analyze.formulas.writing import torque_legend
-from gd_analyze.report.model_sections import beyond_section, founding_section, made_of, model_section
 from gd_analyze.result import Drawing, Equations, Part, Section
 from gd_analyze.results import motion_result
 from gd_analyze.results.diagnosis_result import causes_table, faults_table, where_drawing, worst_joint
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import joint_errors, norms_text
-from gd_analyze.results.near_motion import tube_bound
+from gd_analyze.results.model_facts import norms_text
 from gd_analyze.results.rows import dominance_note
+from gd_analyze.results.run_facts import errors_table
 from gd_analyze.results.shown_tables import (
     difference_table,
     not_worth_keeping,
@@ -38,84 +37,28 @@ from gd_analyze.robots.plausibility import inconsistent_inertias
 from gd_analyze.text import given, number
 
 
-def sections(findings: Findings) -> tuple[Section, ...]:
-    """All appendices that have something to show, in order."""
-    candidates = (
-        _torque(findings),
-        _motion(findings),
-        _recording(findings) if "recording" in findings.tables else None,
-        _measured(findings) if measured_joints(findings) else None,
-        _ranking(findings),
-        _motions(findings) if findings.trajectory.motions else None,
-        _terms(findings),
-        model_section(findings),
-        beyond_section(findings),
-        founding_section(findings) if made_of(findings) != "parts" else None,
-        _equations(findings),
-        _data(findings),
-    )
-    return tuple(section for section in candidates if section is not None)
-
-
-def _motion(findings: Findings) -> Section:
-    norms = findings.model.accuracy.norms
-    note = f"Norm of the error over norm of the torque: {norms_text(norms)}." if norms else ""
-    torques = replace(
-        joint_errors(findings.model, tube_bound(findings), "torques", findings.proof), note=note
-    )
-    path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
-    sampled = "Torque and error of every joint, sampled at the set points."
-    parts = (
-        Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), path),
-        Drawing("motion", "The motion of every joint.", motion_figure(findings)),
-        Drawing("errors", sampled, error_figure(findings)),
-        torques,
-    )
-    return Section("motion", "Motion, torque and error over time", parts)
-
-
-def _recording(findings: Findings) -> Section:
-    (readings,) = motion_result.recording_parts(findings)
-    assert isinstance(readings, Section)
-    drawing = Drawing(
-        "recording",
-        "Left: readings and smoothed motion. Right: their difference near the joint's largest acceleration.",
-        recording_figure(findings),
-        "Noise looks the same at all times; a slow swing is motion that the smoothing removed.",
-    )
-    lines = findings.tables["recording"].attrs["treatment"].split("\n")
-    treatment = [f"{line[:1].upper()}{line[1:]}." for line in lines if line]
-    return Section(
-        "recording", "Readings behind the motion", (*readings.parts, drawing), "\n".join(treatment)
+def effect_drawings(findings: Findings) -> tuple[Drawing, Drawing]:
+    """D and h by effect against the set points, in the order of [FGL87] Figs. 3.10 and 3.11."""
+    is_marked = findings.trajectory.n_set_points <= MOST_MARKED_SET_POINTS
+    hidden = "combined", "centrifugal", "coriolis"
+    look = Look(x="set point", marked=is_marked, hidden=hidden)
+    is_shown = text_comparison(findings) is not None
+    orders = [f" In the order of Fig. {k} of [FGL87]." if is_shown else "" for k in ("3.10", "3.11")]
+    marks = "Marks on curves and ticks below them: set points." if is_marked else ""
+    matrix = "D by effect. At the right of a title: the verdict (J: drive, –: negligible, 0: zero)."
+    vector = "h by effect."
+    return (
+        Drawing("inertia", f"{matrix}{orders[0]}", inertia_figure(findings, look), marks),
+        Drawing(
+            "coriolis_centrifugal",
+            f"{vector}{orders[1]}",
+            vector_figure(findings, "coriolis_centrifugal", look),
+        ),
     )
 
 
-def _measured(findings: Findings) -> Section:
-    table = findings.tables["measured_torque"]
-    alike = ", both filtered equally" if table.attrs["filter"] else ""
-    figure = measured_figure(findings)
-    parts: tuple[Part, ...] = (
-        Drawing("measured", "Measured and exact torque, and their difference.", figure),
-        motion_result.measured_table(table, findings.arm),
-        *motion_result.friction_tables(table, findings.arm),
-        *_diagnosis(findings),
-    )
-    note = f"{table.attrs['agreement']} Compared at {table.attrs['compared']} set points{alike}."
-    return Section("measured", "Measured torque and the model's", parts, note)
-
-
-def _diagnosis(findings: Findings) -> Iterator[Part]:
-    """The worst joint's residuals and causes tried, where something is left to explain."""
-    if findings.tables["measured_torque"].attrs["verdict"] not in DISPUTED:
-        return
-    table = findings.tables["diagnosis"]
-    joint = worst_joint(table)
-    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
-    parts = (*drawings, *causes_table(table), *faults_table(table))
-    yield Section(None, "What is left of the measured torque", parts)
-
-
-def _torque(findings: Findings) -> Section:
+def torque_appendix(findings: Findings) -> Section:
+    """Verdicts and contributions over time."""
     parts = (
         Drawing(
             "dominance",
@@ -138,7 +81,67 @@ def _torque(findings: Findings) -> Section:
     return Section("torque", "Verdicts and torque over time", parts)
 
 
-def _ranking(findings: Findings) -> Section:
+def motion_appendix(findings: Findings) -> Section:
+    """Motion, torque and error of every joint."""
+    norms = findings.model.accuracy.norms
+    note = f"Norm of the error over norm of the torque: {norms_text(norms)}." if norms else ""
+    torques = replace(errors_table(findings), note=note)
+    path = "Time runs from light to dark; the end effector moves from the open circle to the filled one."
+    sampled = "Torque and error of every joint, sampled at the set points."
+    parts = (
+        Drawing("views", "The arm along the axes of its base frame.", views_figure(findings), path),
+        Drawing("motion", "The motion of every joint.", motion_figure(findings)),
+        Drawing("errors", sampled, error_figure(findings)),
+        torques,
+    )
+    return Section("motion", "Motion, torque and error over time", parts)
+
+
+def recording_appendix(findings: Findings) -> Section | None:
+    """The readings of a log, how they became a motion, and what their noise does."""
+    readings = motion_result.recording_section(findings)
+    if readings is None:
+        return None
+    drawing = Drawing(
+        "recording",
+        "Left: readings and smoothed motion. Right: their difference near the joint's largest acceleration.",
+        recording_figure(findings),
+        "Noise looks the same at all times; a slow swing is motion that the smoothing removed.",
+    )
+    lines = findings.tables["recording"].attrs["treatment"].split("\n")
+    note = "\n".join(f"{line[:1].upper()}{line[1:]}." for line in lines if line)
+    return replace(readings, title="Readings behind the motion", parts=(*readings.parts, drawing), note=note)
+
+
+def measured_appendix(findings: Findings) -> Section | None:
+    """Measured torque and the model's, and what is left of the difference."""
+    if not measured_joints(findings):
+        return None
+    table = findings.tables["measured_torque"]
+    alike = ", both filtered equally" if table.attrs["filter"] else ""
+    figure = measured_figure(findings)
+    parts: tuple[Part, ...] = (
+        Drawing("measured", "Measured and exact torque, and their difference.", figure),
+        *motion_result.measured_tables(findings),
+        *_diagnosis(findings),
+    )
+    note = f"{table.attrs['agreement']} Compared at {table.attrs['compared']} set points{alike}."
+    return Section("measured", "Measured torque and the model's", parts, note)
+
+
+def _diagnosis(findings: Findings) -> Iterator[Part]:
+    """The worst joint's residuals and causes tried, where something is left to explain."""
+    if findings.tables["measured_torque"].attrs["verdict"] not in DISPUTED:
+        return
+    table = findings.tables["diagnosis"]
+    joint = worst_joint(table)
+    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
+    parts = (*drawings, *causes_table(table), *faults_table(table))
+    yield Section(None, "What is left of the measured torque", parts)
+
+
+def ranking_appendix(findings: Findings) -> Section:
+    """The ranking of elements, and [FGL87]'s verdicts."""
     text = text_comparison(findings)
     parts: list[Part] = [ranking_table(findings)]
     if text:
@@ -164,18 +167,21 @@ def _ranking(findings: Findings) -> Section:
     return Section("ranking", "Elements ranked by torque", tuple(parts), note)
 
 
-def _motions(findings: Findings) -> Section:
-    (motions,) = motion_result.motion_parts(findings)
-    assert isinstance(motions, Section)
+def motions_appendix(findings: Findings) -> Section | None:
+    """Errors and verdicts along each of several motions."""
+    by_motion = motion_result.motions_section(findings)
+    if by_motion is None:
+        return None
     note = (
         "The budget is measured along each motion by itself, and holds on each. By joint: error over allowed "
         "error, and peak torque."
     )
     note = f"{note}\n{motion_result.strict_notice(findings)}".rstrip()
-    return Section("motions", "Motion by motion", motions.parts, note)
+    return replace(by_motion, title="Motion by motion", note=note)
 
 
-def _terms(findings: Findings) -> Section:
+def terms_appendix(findings: Findings) -> Section:
+    """The ranking of terms."""
     table, title = findings.tables["terms"], "Single terms ranked by torque"
     if not table.attrs["written_out"]:
         rank = f"`gd-analyze rank {findings.arm.name}`"
@@ -200,7 +206,8 @@ def _terms(findings: Findings) -> Section:
     return Section("terms", title, tuple(parts), note)
 
 
-def _equations(findings: Findings) -> Section:
+def equations_appendix(findings: Findings) -> Section:
+    """The equations of [FGL87], and how far an independent implementation differs."""
     note = (
         "Generalized d'Alembert equations of motion of K. S. Fu, R. C. Gonzalez, C. S. G. Lee, Robotics, "
         "1987 [FGL87], for revolute joints; a prismatic joint contributes its axis where a revolute one "
@@ -210,7 +217,8 @@ def _equations(findings: Findings) -> Section:
     return Section("equations", "Equations and cross-check", (difference_table(findings),), note)
 
 
-def _data(findings: Findings) -> Section:
+def data_appendix(findings: Findings) -> Section:
+    """The arm, its sources, and the origin of the results."""
     arm = findings.arm
     gravity = f"Gravity ({', '.join(map(given, arm.gravity))}) m/s² in the base frame."
     stated = [

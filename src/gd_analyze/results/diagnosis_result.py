@@ -136,9 +136,7 @@ def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact | Value, ...]:
         Value("cause", name),
         Fact("remedy", "Remedy", remedy, shown="text"),
         Fact("remains_before", "Torque that remains, as logged", before, "of RMS", "percent"),
-        Fact("remains_after", "Torque that remains, mended", after, "of RMS", "percent")
-        if has_cause
-        else Value("remains_after", after),
+        Fact("remains_after", "Torque that remains, mended", after, "of RMS", "percent").seen_if(has_cause),
         Fact("masses_off", "File's torque off by", off, "", "percent"),
         Fact("tells", "Log tells more than friction", bool(tabulated.attrs["tells"]), shown="flag"),
         Value("logs", str(tabulated.attrs["logs"]).split("\n")),

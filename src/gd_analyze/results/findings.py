@@ -57,16 +57,23 @@ class Findings(Run):
     def _repr_html_(self) -> str:
         """Operations and errors of the model, sampled and proven, for a notebook."""
         proven = np.asarray(self.tables["tube"].tube_certified.values)
-        shown_columns = joint_errors(self.model, proven, proof=self.proof).shown()
+        table = joint_errors(self.model, proven, self.proof)
+        shown_columns = [shown for shown in table.shown() if not shown[0].pages_only]
         headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown_columns]
         rows = [list(row) for row in zip(*(cells for _, _, cells in shown_columns), strict=True)]
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
-        answer, stops = headline(self.model), self.tables.get("stops")
-        if stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position:
+        answer = headline(self.model)
+        if self.is_unreadable:
             budget, count = self.model.accuracy.budget, self.model.operations_full.in_words
             answer = f"No readable model keeps the budget of {budget}. Exact torque: {count}."
         note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
         return html_of(title, headings, rows, note)
+
+    @property
+    def is_unreadable(self) -> bool:
+        """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
+        stops = self.tables.get("stops")
+        return stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position
 
     @property
     def plot(self) -> Plots:

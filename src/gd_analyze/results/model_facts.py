@@ -85,7 +85,7 @@ def counts_by_kind(count: OperationCount) -> dict[str, int]:
     return asdict(count) | {"total": count.total}
 
 
-def operations_table(key: str, model: SimplifiedModel) -> Table:
+def operations_table(model: SimplifiedModel) -> Table:
     """Operations of a model and of the exact torque by kind, for pages; `operation_facts` are for JSON."""
     simplified, full = _counts(model)
     values = {
@@ -95,7 +95,7 @@ def operations_table(key: str, model: SimplifiedModel) -> Table:
         "saved": [1.0 - simplified[kind] / full[kind] if full[kind] else 0.0 for kind in _OPERATIONS],
     }
     columns = declared_columns("operations", values, [*values])
-    return Table(key, "Operations for one evaluation of all torques", columns)
+    return Table("operations", "Operations for one evaluation of all torques", columns)
 
 
 def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
@@ -186,7 +186,6 @@ def joint_error_values(model: SimplifiedModel) -> dict[str, FloatArray]:
 def joint_errors(
     model: SimplifiedModel,
     proven: FloatArray | None = None,
-    key: str = "joints",
     proof: str = PROVEN,
     further: Mapping[str, FloatArray] | None = None,
 ) -> Table:
@@ -206,7 +205,7 @@ def joint_errors(
     whole = "peak" if accuracy.asked.shares_of == "peak torque" else "budget"
     return declared_table(
         "simplified_model",
-        key,
+        "joints",
         f"Torque error by joint, budget {accuracy.budget}",
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
         [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],

@@ -20,9 +20,9 @@ from gd_analyze.result import (
     Table,
     Value,
     attributes_of,
-    for_json,
     joint_values,
     values_of,
+    values_of_parts,
 )
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
@@ -53,23 +53,28 @@ MOST_MOTION_COLUMNS = 12
 _STRICT_RATIO = 20.0
 
 
-def measured_parts(findings: Findings) -> tuple[Part, ...]:
-    """Measured torque compared with the model's, and fitted friction; empty if nothing was measured."""
+def measured_section(findings: Findings) -> Section | None:
+    """Measured torque compared with the model's, and for JSON the diagnosis."""
     if "measured_torque" not in findings.tables:
-        return ()
-    table = findings.tables["measured_torque"]
-    parts: tuple[Part, ...] = (
-        Fact("verdict", "Log and file", table.attrs["verdict"], shown="text"),
-        Value("agreement", table.attrs["agreement"]),
-        Fact("compared", "Set points with measured torque", table.attrs["compared"], shown="count"),
-        measured_table(table, findings.arm),
-        *friction_tables(table, findings.arm),
-    )
+        return None
+    stated = findings.tables["measured_torque"].attrs
+    parts: list[Part] = [
+        Fact("verdict", "Log and file", stated["verdict"], shown="text"),
+        Value("agreement", stated["agreement"]),
+        Fact("compared", "Set points with measured torque", stated["compared"], shown="count"),
+        *measured_tables(findings),
+    ]
     if "diagnosis" in findings.tables:
-        diagnosis = findings.tables["diagnosis"]
-        shown: tuple[Part, ...] = (*diagnosis_facts(diagnosis), *diagnosis_tables(diagnosis, findings.arm))
-        parts += (Section("diagnosis", "", for_json(shown)),)
-    return (Section("measured_torque", "", parts),)
+        table = findings.tables["diagnosis"]
+        diagnosis = (*diagnosis_facts(table), *diagnosis_tables(table, findings.arm))
+        parts.append(Value("diagnosis", values_of_parts(diagnosis)))
+    return Section("measured_torque", "", tuple(parts))
+
+
+def measured_tables(findings: Findings) -> tuple[Table, ...]:
+    """Measured and exact torque by joint, and fitted friction."""
+    table = findings.tables["measured_torque"]
+    return (measured_table(table, findings.arm), *friction_tables(table, findings.arm))
 
 
 def measured_table(table: xr.Dataset, arm: RobotArm, key: str | None = "joints") -> Table:
@@ -144,7 +149,7 @@ def verdict_rows(findings: Findings) -> list[Row]:
     return rows
 
 
-def worst_fact(rows: Sequence[Row]) -> Fact:
+def _worst_fact(rows: Sequence[Row]) -> Fact:
     """The largest share of the budget along any motion, from rows of `motion_rows`."""
     worst = max(rows, key=lambda row: row["worst"])
     where = f"joint {worst['joint']} along {worst['motion']}"
@@ -152,21 +157,21 @@ def worst_fact(rows: Sequence[Row]) -> Fact:
     return Fact("worst_of_allowed", label, worst["worst"], shown="percent", note=where)
 
 
-def motion_parts(findings: Findings, top: int | None = None) -> tuple[Part, ...]:
+def motions_section(findings: Findings, top: int | None = None) -> Section | None:
     """Errors along each of several motions, and the verdicts that change between them."""
     if "motions" not in findings.tables:
-        return ()
+        return None
     rows, verdicts = motion_rows(findings), verdict_rows(findings)
     changing = [row["element"] for row in verdicts if row["changes"]]
-    parts: tuple[Part, ...] = (
-        worst_fact(rows),
+    parts: list[Part] = [
+        _worst_fact(rows),
         Fact("changing", "Verdicts that differ by motion", changing, text=_named(changing)),
         _each_motion(findings, rows),
         Value("verdicts", verdicts),
-    )
+    ]
     if changing:
-        parts += (_changing_verdicts(rows, verdicts, top),)
-    return (Section("motions", "", parts),)
+        parts.append(_changing_verdicts(rows, verdicts, top))
+    return Section("motions", "", tuple(parts))
 
 
 def _each_motion(findings: Findings, rows: Sequence[Row]) -> Table:
@@ -213,7 +218,7 @@ def _changing_verdicts(rows: Sequence[Row], verdicts: Sequence[Row], top: int | 
 
 def _elements_fact(key: str, label: str, names: Sequence[str]) -> Fact | Value:
     """Elements with a remark, for people only if there are any."""
-    return Fact(key, label, names, text=_named(names)) if names else Value(key, names)
+    return Fact(key, label, names, text=_named(names)).seen_if(bool(names))
 
 
 def _named(names: Sequence[str]) -> str:
@@ -264,10 +269,10 @@ def _noise_rows(findings: Findings) -> list[Row]:
     ]
 
 
-def recording_parts(findings: Findings) -> tuple[Part, ...]:
+def recording_section(findings: Findings) -> Section | None:
     """Treatment of a measured motion's readings, and effect of their noise."""
     if "recording" not in findings.tables:
-        return ()
+        return None
     table = findings.tables["recording"]
     within, undecided = (
         table.element.values[table[name].values].tolist() for name in ("within_noise", "verdict_open")
@@ -290,7 +295,7 @@ def recording_parts(findings: Findings) -> tuple[Part, ...]:
         Value("elements", rows_of(table[["element_noise", "within_noise", "verdict_open"]], "element")),
         columns_table([ColumnUse(*use) for use in uses], pages_only=True),
     )
-    return (Section("recording", "", parts),)
+    return Section("recording", "", parts)
 
 
 def columns_table(uses: Sequence[ColumnUse], *, pages_only: bool = False) -> Table:

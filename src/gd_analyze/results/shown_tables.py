@@ -151,7 +151,6 @@ def ranked_terms_table(findings: Findings) -> Table:
         "terms",
         f"The {len(terms)} terms that matter most, of {table.attrs['total']}",
         values,
-        (),
         _TERMS_ON_PAGE,
         top=_SHOWN_TERMS,
         seen=seen,
@@ -186,9 +185,8 @@ def near_errors_table(findings: Findings) -> Table:
         "joints",
         "Torque error near the motion",
         values_of(rows),
-        (),
         _NEAR_ERRORS_ON_PAGE,
-        note,
+        note=note,
         seen=seen,
     )
 
@@ -244,9 +242,8 @@ def far_errors_table(findings: Findings) -> Table:
         "beyond",
         "Torque error farther from the motion",
         values_of(rows),
-        (),
         _FAR_ERRORS_ON_PAGE,
-        "\n".join(sentences),
+        note="\n".join(sentences),
         seen=seen,
     )
 
@@ -277,7 +274,6 @@ def difference_table(findings: Findings) -> Table:
         "residuals",
         "Difference from Pinocchio, an independent implementation",
         values,
-        (),
         ["quantity", "largest_difference", "round_off_bound"],
         seen={"quantity": [quantity.replace("_", " ") for quantity in values["quantity"].tolist()]},
     )

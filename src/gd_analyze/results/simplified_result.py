@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from gd_analyze.certification.held import Held
@@ -121,17 +119,20 @@ def _model_parts(
         by_element = declared_table("by_verdicts", "by_element", title, values, ["program", *seen], seen=seen)
         return (
             Fact("kept", "Kept", kept_labels),
-            Fact("dropped", "Dropped", dropped_labels)
-            if dropped_labels
-            else Value("dropped", dropped_labels),
+            Fact("dropped", "Dropped", dropped_labels).seen_if(bool(dropped_labels)),
             by_element,
         )
     title, note = "Equations, in kg, m, s, rad", structure_note(model)
     equation_set = model.equations if joint_velocities else Written(model.formulas, model.legend)
+    too_many = model.has_terms and len(model.terms) > READABLE
     written = equation_part(
-        "equations", title, equation_set.formulas, equation_set.legend, note, digits=digits
+        "equations",
+        title,
+        equation_set.formulas,
+        equation_set.legend,
+        note,
+        digits,
+        most_lines=0 if too_many else None,
     )
-    if model.has_terms and len(model.terms) > READABLE:
-        written = replace(written, most_lines=0)
     facts = (Value("terms", len(model.terms)), Value("legend", list(written.legend_lines)))
     return (*facts, written)

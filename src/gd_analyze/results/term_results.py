@@ -49,14 +49,12 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         facts=(
             Value("arm", arm.name),
             Value("level", level),
-            Fact("drives", "Drives included", exact.form.drives)
-            if arm.counts_drives()
-            else Value("drives", exact.form.drives),
+            Fact("drives", "Drives included", exact.form.drives).seen_if(arm.counts_drives()),
             Value("states", dict(exact.states.described)),
             *needed,
-            Fact("unlisted", "Terms not ranked", ranking.unlisted, note=unlisted)
-            if ranking.unlisted
-            else Value("unlisted", ranking.unlisted),
+            Fact("unlisted", "Terms not ranked", ranking.unlisted, note=unlisted).seen_if(
+                ranking.unlisted > 0
+            ),
             Value("unlisted_share", ranking.unlisted_share),
             Value("torque_uncertainty", ranking.uncertainty),
             Fact(

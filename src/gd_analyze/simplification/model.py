@@ -174,10 +174,14 @@ class SimplifiedModel:
 
         Raises a ModelError if its level has no torque terms.
         """
-        torques = self.form.printed(self.torques)
+        return self.by_element(self.torques)
+
+    def by_element(self, torques: Torques) -> Written:
+        """Write any torque terms of its arm as `equations` does."""
+        printed = self.form.printed(torques)
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
-        factors = {factor for term in torques for factor in term.monomial}
-        return Written(element_formulas(torques, drives), factor_legend(factors))
+        factors = {factor for term in printed for factor in term.monomial}
+        return Written(element_formulas(printed, drives), factor_legend(factors))
 
     @property
     def operations_in_joint_velocities(self) -> int:

@@ -40,7 +40,7 @@ from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.report.pdf import drawing_file
 from gd_analyze.result import StoredFact, plain
 from gd_analyze.results.near_motion import near_bound
-from gd_analyze.results.run_result import first_facts, run_headline
+from gd_analyze.results.run_facts import first_facts, run_headline
 from gd_analyze.robots.arm_numbers import with_numbers
 from gd_analyze.robots.catalogue import load_arm
 from gd_analyze.robots.payload import carrying, parse_payload

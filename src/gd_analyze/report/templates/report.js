@@ -120,7 +120,7 @@ const viewer = (() => {
 // A cell of the matrix opens its element; arrow keys go from cell to cell.
 document.body.classList.add("scripted");
 (() => {
-  const panel = element("element"), cells = all(".cell"), details = new Map(data.elements.map((detail) => [detail.label, detail]));
+  const panel = element("element"), cells = all(".cell"), details = data.elements;
   const escaped = (words) => words.replace(/&/g, "&amp;").replace(/</g, "&lt;");
   const dotted = { q: "q", qd: "q\u0307", qdd: "q\u0308" };
   const maths = (words) => escaped(words).replace(/ - /g, " − ").replace(/(qdd|qd|q|[CSDJhcd])(\d[\d,]*)/g, (_, letter, joints) => `<i>${dotted[letter] || letter}</i><sub>${joints}</sub>`);
@@ -130,7 +130,7 @@ document.body.classList.add("scripted");
     return `<div class="strip" aria-hidden="true">${runs.join("")}</div>`;
   }
   function show(label) {
-    const detail = details.get(label), drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
+    const detail = details[label], drawn = document.querySelector(`.drawing svg.panel[data-key="${label}"]`).cloneNode(true);
     const line = (words) => `<dd>${maths(`${label} = ${words}`)}</dd>`;
     const over = detail.over_time && `<dt>Verdict over time${detail.changes && `: ${detail.changes}`}</dt><dd>${strip(detail.over_time)}</dd>`;
     const exact = detail.exact === undefined ? "" : `<dt>Exact</dt>${line(detail.exact)}`;
@@ -172,24 +172,8 @@ if (data.budgets) {
   let timer = 0, saying = 0;
   const percent = (share) => (share === 0 ? "0 %" : share > 100 ? "more than 100 times" : share < 1e-4 ? "< 0.01 %" : share < 0.0995 ? `${Number((100 * share).toPrecision(2))} %` : `${Math.round(100 * share)} %`);
 
-  // Signs of what comes first are shown only where negative, and brackets stand around more than one.
-  const inside = (group) => [...group.children].filter((child) => child.matches(".term, .bracket"));
-  function order(members, begins) {
-    const left = members.filter((member) => !member.hidden);
-    for (const member of members) member.classList.toggle("first", begins && member === left[0]);
-    return left;
-  }
-  function tidy() {
-    for (const bracket of all(".equation-of .bracket")) {
-      const left = order(inside(bracket), true);
-      bracket.hidden = left.length === 0;
-      bracket.classList.toggle("single", left.length === 1 && !left[0].classList.contains("negative"));
-    }
-    for (const equation of all(".equation-of")) equation.hidden = order(inside(equation.querySelector(".line")), true).length === 0;
-  }
   function settle(at) {
     for (const term of terms) { term.classList.remove("leaving"); term.hidden = term.dataset.kept[at] !== "1"; }
-    tidy();
   }
   function show(at) {
     const errors = budgets.largest_error[at];
@@ -216,7 +200,6 @@ if (data.budgets) {
       term.classList.toggle("leaving", !stays);
       if (stays) term.hidden = false;
     }
-    tidy();
     clearTimeout(timer);
     if (calm.matches || at === asked) settle(at); else timer = setTimeout(settle, 700, at);
     const counted = budgets.keeps ? `${budgets.kept[at]} ${budgets.keeps}, ` : "";

@@ -1,16 +1,17 @@
-"""The main job's answer: facts, tables and notices for terminal, JSON, HTML and PDF."""
+"""What the main job answers: its headline, facts and notices, and the values that JSON adds."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze.formulas.languages import equation_part
+from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.trajectory import counted_motions
-from gd_analyze.result import AnyFact, Fact, Part, Result, Section, Shown, Value, for_json, value_text
+from gd_analyze.result import AnyFact, Fact, Section, Shown, Table, Value, value_text
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
@@ -21,19 +22,11 @@ from gd_analyze.results.model_facts import (
     joint_errors,
     norm_facts,
     operation_facts,
-    structure_note,
     worst_error,
 )
 from gd_analyze.results.near_motion import near_bound, tube_bound
 from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
-from gd_analyze.results.shown_tables import (
-    difference_table,
-    far_errors_table,
-    near_errors_table,
-    not_worth_keeping,
-    ranked_terms_table,
-    ranking_table,
-)
+from gd_analyze.results.shown_tables import not_worth_keeping
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
@@ -53,55 +46,8 @@ _LISTED = {
     "negligible": "Negligible",
     "zero": "Zero",
 }
-# Most lines of equations in a terminal.
-_MOST_LINES = 25
-# Most elements of a list that people see; JSON has all.
+# Most elements of a list in a terminal; JSON has all.
 _MOST_LISTED = 12
-
-
-def run_result(findings: Findings, top: int = 0) -> Result:
-    """All results of a run; people see the answer, with `top` rows of the rankings, and JSON has the rest."""
-    arm, model = findings.arm, findings.model
-    return Result(
-        title=arm.title or arm.name,
-        subtitle=subtitle(findings),
-        headline=run_headline(findings),
-        parts=(
-            verdict_section(findings.dominance),
-            *_equations(findings),
-            *_stops(findings),
-            joint_errors(model, tube_bound(findings), proof=findings.proof),
-            *for_json(first_facts(findings)),
-            *_settings(findings),
-            *_checks(findings),
-            *motion_result.measured_parts(findings),
-            *motion_result.motion_parts(findings, top),
-            *motion_result.recording_parts(findings),
-            ranking_table(findings, top),
-            ranked_terms_table(findings),
-            far_errors_table(findings),
-            _tube(findings),
-            difference_table(findings),
-            *_tables(findings),
-        ),
-        notices=notices(findings),
-        notes=notes(findings),
-        provenance=findings.provenance,
-    )
-
-
-def _equations(findings: Findings) -> Iterator[Part]:
-    """The model's D, h and c, by element."""
-    model = findings.model
-    if not model.has_terms or model.is_exact:
-        return
-    by_element = model.equations
-    yield replace(
-        equation_part(
-            "equations_by_element", "", by_element.formulas, by_element.legend, structure_note(model)
-        ),
-        most_lines=_MOST_LINES,
-    )
 
 
 def stop_rows(findings: Findings) -> list[Row]:
@@ -146,19 +92,18 @@ def _used_words(row: Row, proof: str) -> str:
     return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
 
 
-def stop_facts(findings: Findings) -> tuple[Shown, ...]:
-    """The named budgets, a line each."""
+def stop_facts(findings: Findings) -> Iterator[AnyFact]:
+    """The named budgets, a line each; JSON has their numbers."""
     rows = stop_rows(findings)
-    return tuple(
-        Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
-        for row in rows
-    )
-
-
-def _stops(findings: Findings) -> Iterator[Part]:
-    yield from stop_facts(findings)
+    for row in rows:
+        yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
     if "stops" in findings.tables:
         yield Value("stops", rows_of(findings.tables["stops"], "stop"))
+
+
+def errors_table(findings: Findings) -> Table:
+    """The errors of the joints, sampled and near the motion."""
+    return joint_errors(findings.model, tube_bound(findings), findings.proof)
 
 
 def subtitle(findings: Findings) -> str:
@@ -177,7 +122,7 @@ def run_headline(findings: Findings) -> str:
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
-    if is_unreadable(findings):
+    if findings.is_unreadable:
         return f"{agreed}{_unreadable_headline(findings)}"
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
@@ -191,11 +136,6 @@ def run_headline(findings: Findings) -> str:
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
     return f"{agreed}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
-
-
-def is_unreadable(findings: Findings) -> bool:
-    """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
-    return "stops" in findings.tables and not any(row["own"] for row in stop_rows(findings))
 
 
 def _unreadable_headline(findings: Findings) -> str:
@@ -222,6 +162,11 @@ def _other_budget(findings: Findings) -> str:
     return f"Within {findings.model.accuracy.budget} ({budgets} {reason}): "
 
 
+def elements_by_verdict(findings: Findings) -> Section:
+    """The elements of a run by verdict."""
+    return verdict_section(findings.dominance)
+
+
 def verdict_section(ranking: xr.Dataset) -> Section:
     """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque."""
     listed = verdict_lists(ranking)
@@ -233,12 +178,13 @@ def verdict_section(ranking: xr.Dataset) -> Section:
         if name in ("translation", "rotation", "both"):
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
-        facts.append(Fact(name, label, labels, text=text, note=note) if text else Value(name, labels))
+        symbols = [part_symbol(label) for label in labels]
+        facts.append(Fact(name, label, labels, text=text, note=note, drawn=symbols).seen_if(bool(text)))
     alone = listed.labels("drive")
     text = "; ".join(filter(None, [_drives_text(listed.drives, int(ranking.i.max())), _alone_text(alone)]))
     drives = [asdict(drive) for drive in listed.drives]
     facts.insert(-2, Value("drive", alone))
-    facts.insert(-2, Fact("drives", "Drives", drives, text=text) if text else Value("drives", drives))
+    facts.insert(-2, Fact("drives", "Drives", drives, text=text).seen_if(bool(text)))
     dominances = {row.element: row.dominant for row in listed.lists["negligible"]}
     return Section("verdicts", "", (*facts, Value("negligible_dominance", dominances)))
 
@@ -262,27 +208,21 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     label = f"Torque error near the motion, {findings.proof}"
-    proven: Fact | Value
     if model.is_exact:
         proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
     elif bound is None:
         proven = Fact("proven_error", label, None, text="not proven")
     else:
         proven = worst_error(model, bound).fact("proven_error", label, "at most")
-    if tried:
-        proven = Value(proven.key, proven.value)
     tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
     tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
     size, gamma = model.size, model.accuracy.gamma
     counted = f"{model.level.keeps.capitalize()} kept"
-    sampled: Fact | Value = worst.fact("sampled_error", "Torque error at the set points", "up to")
-    if model.is_exact:
-        sampled = Value(sampled.key, sampled.value)
     has_gamma = gamma is not None and not model.is_exact
     return (
         *((tried_error,) if tried else ()),
-        proven,
-        sampled,
+        proven.seen_if(not tried),
+        worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
         Fact(
             "kept_terms",
             "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,
@@ -293,30 +233,24 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     )
 
 
-def _values(**values: Any) -> tuple[Value, ...]:
-    return tuple(Value(key, value) for key, value in values.items())
-
-
-def _settings(findings: Findings) -> tuple[Part, ...]:
-    """Input and model, for JSON."""
+def settings_values(findings: Findings) -> tuple[AnyFact, ...]:
+    """Input and settings, and the model's operations and norms."""
     model, accuracy, trajectory = findings.model, findings.model.accuracy, findings.trajectory
     return (
-        *_values(
-            arm=findings.arm.name,
-            trajectory=trajectory.name,
-            set_points=trajectory.n_stated,
-            budget=accuracy.budget,
-            level=model.level.name,
-            drives=model.drives,
-        ),
-        *for_json(operation_facts(model)),
-        *_values(search=[step._asdict() for step in accuracy.steps]),
-        *for_json(norm_facts(accuracy.norms, findings.arm)),
+        Value("arm", findings.arm.name),
+        Value("trajectory", trajectory.name),
+        Value("set_points", trajectory.n_stated),
+        Value("budget", accuracy.budget),
+        Value("level", model.level.name),
+        Value("drives", model.drives),
+        *operation_facts(model),
+        Value("search", [step._asdict() for step in accuracy.steps]),
+        *norm_facts(accuracy.norms, findings.arm),
     )
 
 
-def _checks(findings: Findings) -> tuple[Value, ...]:
-    """Proven bounds, checks of the numbers, and their limits, for JSON."""
+def check_values(findings: Findings) -> tuple[Value, ...]:
+    """Proven bounds, checks of the numbers, and their limits."""
     model, beyond = findings.model, findings.tables["beyond"]
     values: dict[str, Any] = {"margin": str(findings.tables["tube"].attrs["margin"])}
     if not model.is_exact and beyond.certified.notnull().all():
@@ -332,10 +266,32 @@ def _checks(findings: Findings) -> tuple[Value, ...]:
     return _values(**values)
 
 
+def model_values(findings: Findings) -> tuple[Value, ...]:
+    """The model, the one by [FGL87]'s own method, and those of other budgets."""
+    tables, elements = findings.tables, findings.element_model
+    of_elements = {
+        "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept_by_element"]],
+        "dropped": [row for group in dropped_parts(findings) for row in group],
+        "operations": asdict(elements.operations),
+        "operations_full": asdict(elements.operations_full),
+    }
+    return _values(
+        equations=list(equation_part("equations", "", findings.model.formulas).lines),
+        elements=of_elements,
+        terms_total=tables["terms"].attrs["total"],
+        budgets=budget_rows(findings),
+        states_drawn=tables["beyond"].attrs["states_drawn"],
+    )
+
+
+def _values(**values: Any) -> tuple[Value, ...]:
+    return tuple(Value(key, value) for key, value in values.items())
+
+
 def notices(findings: Findings) -> tuple[str, ...]:
     """What the reader must know before using the numbers."""
     # At level element the error is stated as the budget, which nobody asked for.
-    is_asked = findings.model.level is not ELEMENT or is_unreadable(findings)
+    is_asked = findings.model.level is not ELEMENT or findings.is_unreadable
     is_asked = is_asked and not _has_wider_stop(findings)
     model_notice = findings.model.notice if is_asked else ""
     stated = ""
@@ -389,39 +345,14 @@ def _drives_notice(findings: Findings) -> str:
     )
 
 
-def _tables(findings: Findings) -> tuple[Value, ...]:
-    """Further tables for JSON."""
-    tables, elements = findings.tables, findings.element_model
-    of_elements = {
-        "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept_by_element"]],
-        "dropped": [row for group in dropped_parts(findings) for row in group],
-        "operations": asdict(elements.operations),
-        "operations_full": asdict(elements.operations_full),
-    }
-    return _values(
-        equations=list(equation_part("equations", "", findings.model.formulas).lines),
-        elements=of_elements,
-        terms_total=tables["terms"].attrs["total"],
-        budgets=budget_rows(findings),
-        states_drawn=tables["beyond"].attrs["states_drawn"],
-    )
-
-
-def _tube(findings: Findings) -> Section:
-    """Errors near the motion."""
-    stated = findings.tables["tube"].attrs
-    facts = _values(**{key: stated[key] for key in ("coarse", "tried", "note")})
-    return Section("tube", "", (near_errors_table(findings), *facts))
-
-
-def provenance_lines(findings: Findings) -> list[tuple[str, str]]:
-    """Origin of the results: label and value."""
+def provenance_lines(findings: Findings) -> dict[str, str]:
+    """Origin of the results, as reports state it."""
     trajectory = findings.trajectory
-    return [
-        ("arm", f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}"),
-        ("trajectory", f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}"),
-        ("trajectory origin", trajectory.origin or "not stated"),
-        ("velocities", trajectory.derivatives_from),
-        ("drives", "inertia included, friction not" if findings.model.drives else "not included"),
-        *findings.provenance.items(),
-    ]
+    return {
+        "arm": f"{findings.arm.name}, SHA-256 {fingerprint(findings.arm)[:16]}",
+        "trajectory": f"{trajectory.name}, SHA-256 {trajectory.fingerprint[:16]}",
+        "trajectory origin": trajectory.origin,
+        "velocities": trajectory.derivatives_from,
+        "drives": "inertia included, friction not" if findings.model.drives else "not included",
+        **findings.provenance,
+    }

@@ -1,9 +1,9 @@
-"""The answer of the main report: verdict lists, what they are valid for, and every element by itself."""
+"""Every element by itself, for the page that opens it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,14 +14,9 @@ from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.structure import Cell, cells
 from gd_analyze.formulas.formula import Formula, Product
 from gd_analyze.formulas.languages import Plain
-from gd_analyze.formulas.writing import element_formulas
-from gd_analyze.harmonics.terms import Torques
-from gd_analyze.report.budget import budget_words, summands
-from gd_analyze.result import Fact
+from gd_analyze.report.budget import summands
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.near_motion import margins
 from gd_analyze.results.rows import changes_text, element_rows
-from gd_analyze.results.run_result import verdict_section
 from gd_analyze.text import amount, percent, pretty
 
 # Most terms of an exact equation that the page writes out.
@@ -32,62 +27,36 @@ _MOST_COLUMNS = 120
 _MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
 
 
-class VerdictList(NamedTuple):
-    """Elements with one verdict, largest torque first; or words where there are no elements to list."""
+def element_details(findings: Findings) -> dict[str, dict[str, str]]:
+    """Every element by its label: words, dominance over time, exact and kept equation.
 
-    verdict: str
-    heading: str
-    elements: tuple[str, ...]
-    words: str
-
-
-def shown_verdict_lists(findings: Findings) -> tuple[VerdictList, ...]:
-    """Facts of `verdict_section` that people see."""
-    section = verdict_section(findings.dominance)
-    facts = (part for part in section.parts if isinstance(part, Fact))
-    return tuple(
-        VerdictList(fact.key, fact.label, (), fact.written)
-        if fact.key == "drives" or not fact.value
-        else VerdictList(fact.key, fact.label, tuple(fact.value), f"({fact.note})" if fact.note else "")
-        for fact in facts
-    )
-
-
-def validity(findings: Findings) -> str:
-    """What the answer holds for: motion, margins and budget."""
-    budget = budget_words(findings.model.accuracy.budget)
-    motions = findings.trajectory.motions
-    along = "these motions" if motions else "this motion"
-    return f"Valid within {margins(findings)} of {along}. Torque error allowed: {budget}."
-
-
-def element_details(findings: Findings) -> list[dict[str, Any]]:
-    """Every element for the page that opens it: words, dominance over time, exact and kept equation."""
+    "cell" is its cell of the matrix for screen readers.
+    """
     cells_by_label, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
     over_time = over_time.isel(time=evenly(over_time.sizes["time"], _MOST_COLUMNS))
     marks = np.argmax(verdicts(over_time).values[..., None] == np.array(_MARKS), axis=-1)
     at = dict(zip(over_time.element.values.tolist(), marks.T.tolist(), strict=True))
     # An arm of too many terms has none that are ranked, and some levels have no terms.
-    exact = _by_element(findings, findings.ranked_terms) if findings.ranked_terms else None
-    model = findings.model
-    simplified = _by_element(findings, model.torques) if model.has_terms else None
-    out = []
+    model, ranked = findings.model, findings.ranked_terms
+    exact = dict(_plain(model.by_element(ranked).formulas)) if ranked else None
+    simplified = dict(_plain(model.equations.formulas)) if model.has_terms else None
+    out = {}
     for element in elements(findings.arm.n_joints):
         label = element.label
-        row = rows[label]
-        detail = {
-            "label": label,
+        row, cell = rows[label], cells_by_label[label]
+        share = f"{percent(cell.share)} of peak torque of joint {cell.joint}"
+        out[label] = {
+            "cell": f"{label}, {cell.verdict}, {share}",
             "name": subscripted(label),
-            "words": _words(row, cells_by_label[label]),
+            "words": _words(row, cell),
             "changes": changes_text(row),
             "over_time": "" if label[0] == "c" else "".join(map(str, at[label])),
         }
         if exact is not None:
-            detail["exact"] = exact.get(label, "0")
+            out[label]["exact"] = exact.get(label, "0")
         if simplified is not None:
-            detail["simplified"] = simplified.get(label, "0")
-        out.append(detail)
+            out[label]["simplified"] = simplified.get(label, "0")
     return out
 
 
@@ -112,14 +81,8 @@ def _words(row: dict[str, Any], cell: Cell) -> str:
     return words
 
 
-def _by_element(findings: Findings, torques: Torques) -> dict[str, str]:
-    """Elements of torques in plain characters, the largest terms first."""
-    model = findings.model
-    drives = model.arm.drive_inertia.tolist() if model.drives else ()
-    return dict(_plain(element_formulas(model.form.printed(torques), drives)))
-
-
 def _plain(formulas: tuple[Formula, ...]) -> Iterator[tuple[str, str]]:
+    """Labels and right-hand sides of elements in plain characters, the largest terms first."""
     plain = Plain()
     for formula in formulas:
         terms = sorted(summands(formula), key=lambda summand: -abs(summand.weight))
