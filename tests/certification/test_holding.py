@@ -23,6 +23,7 @@ from gd_analyze.certification import falsification
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.pool import taken_apart
+from gd_analyze.result import Fact
 from gd_analyze.results.simplified_result import simplified_result
 from gd_analyze.simplification import simplify
 from gd_analyze.simplification.harmonic import ENERGY, TERM
@@ -187,7 +188,7 @@ def test_within_limits_level_energy_states_what_was_tried(two_link):
     result = simplified_result(held, exact.states, 1.0, 3)
     assert ", found at 20 000 positions." in result.headline
     assert "at most" not in result.headline
-    (shown,) = (fact.text for fact in result.facts if fact.key == "tried")
+    (shown,) = (fact.text for fact in result.facts if isinstance(fact, Fact) and fact.key == "tried")
     assert shown.startswith("20 000 positions")
     assert "worst" in shown
 
