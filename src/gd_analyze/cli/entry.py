@@ -120,14 +120,25 @@ def _options(words: Sequence[str]) -> dict[str, str]:
     return {str(param.name): param.opts[0] for param in parameters if param.opts[0][0] == "-"}
 
 
+# Options of earlier versions, and what says the same.
+_BY_MAP = {
+    "--columns": "--map time=#1 --map 'q=#2..#7'",
+    "--rate": "--map time=250Hz",
+    "--time-unit": "--map time=:ms",
+    "--degrees": "--map q=:deg",
+    "--family": "--map 'q=target_q_*'",
+}
+
+
 def _as_our_own(error: click.ClickException) -> GdAnalyzeError:
     """Put click's complaint into the form of every other message."""
     context = getattr(error, "ctx", None)
+    said_now = _BY_MAP.get(error.option_name) if isinstance(error, click.NoSuchOption) else None
     message = " ".join(error.format_message().split()).rstrip(".").replace(". (", " (")
     return UsageError(
         message[:1].lower() + message[1:],
         expected=" ".join(context.get_usage().removeprefix("Usage: ").split()) if context else None,
-        next_step=f"see `{context.command_path} --help`" if context else None,
+        next_step=said_now or (f"see `{context.command_path} --help`" if context else None),
     )
 
 
