@@ -8,6 +8,7 @@ import math
 import re
 import shlex
 import warnings
+from codecs import BOM_UTF8
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
@@ -377,6 +378,8 @@ class TextTable(LogTable):
         """Columns of a block, and the last one, as a frame; None if some row does not fit."""
         import pandas as pd
 
+        if block.data.startswith(BOM_UTF8):
+            return None  # pandas would leave it out anywhere
         layout, last = self.layout, len(self.names) - 1
         used_columns = sorted({*columns, last})
         text = as_text | ({last} - set(columns))
@@ -482,7 +485,9 @@ class TextTable(LogTable):
                 lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
                 if lines:
                     self._refuse_binary(lines)
-                    lines = lines.removesuffix(b"\n") + b"\n"
+                    lines = (lines.removeprefix(BOM_UTF8) if number == 1 else lines).removesuffix(
+                        b"\n"
+                    ) + b"\n"
                     yield _block_of(lines, number, self.layout.first)
                     number += lines.count(b"\n")
                 if not piece:
