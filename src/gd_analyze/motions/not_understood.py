@@ -70,7 +70,7 @@ def _strangers(log: NamedLog) -> dict[str, int]:
     for k, name in enumerate(log.names):
         if name.role == "q" and name.joint is None and (name.label or name.number is None):
             number = () if name.number is None else (str(name.number),)
-            strangers.setdefault("_".join((*name.label, *number)) or name.text, k)
+            strangers.setdefault("_".join((*name.label, *number)), k)
     return strangers
 
 
@@ -154,6 +154,10 @@ def lacking(log: NamedLog, role: str, of_role: Sequence[Family]) -> TrajectoryEr
     message, expected = f"{_LACKED[role]} {', '.join(missing)}", ", ".join(names)
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
     step = f"--map '{role}:{missing[0]}=COLUMN' names a column, or choose the log's arm"
+    every = sorted((*nearest.all_columns, *nearest.extra))
+    if len(every) == arm.n_joints and all(len(columns) == 1 for columns in nearest.columns.values()):
+        in_order = map_option(f"{role}={','.join(table.names[column] for column in every)}")
+        step = f"if the columns are the joints in this order: {in_order}"
     return refusal(message, table.where(), f"{PLURAL[role]} of all joints: {expected}", listed, step)
 
 
@@ -170,7 +174,7 @@ def no_positions(log: NamedLog) -> TrajectoryError:
         said = _candidates(log, "q", [k for k, name in enumerate(log.names) if name.role == "q"])
         if said:
             step = f"if these are the arm's joints in order of number: {_options(said)}"
-        elif len(strangers) == arm.n_joints:
+        elif len(strangers) == arm.n_joints and "" not in strangers:
             step = (
                 f"if these are the same joints in this order: {map_option('joints=' + ','.join(strangers))}"
             )
