@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,12 @@ from gd_analyze.motions.mapping import ColumnMap, map_option
 from gd_analyze.motions.names import ColumnName
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import LogTable, Stamps
+from gd_analyze.motions.units_by_numbers import (
+    LONGEST_USUAL_STEP,
+    rate_of_factors,
+    units_of_factors,
+    usual_unit,
+)
 from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS
 
@@ -29,14 +35,10 @@ _LATEST_DATE_SECONDS = 4.2e9
 # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
 _LONGEST_DATE_STEP_SECONDS = 0.1
 _LONGEST_FRACTIONAL_STEP_SECONDS = 0.5
-# Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in ms,
-# us or ns.
-_LONGEST_STEP_IN_SECONDS = 0.5
-# Shorter steps are in another unit, such as days, or velocities in one a thousand times smaller say so.
+# Without a unit, numbers are seconds up to the longest step of most logs: longer ones may be set points in s
+# or readings in ms, us or ns. Shorter steps than this are in another unit, such as days, or velocities in one
+# a thousand times smaller say so.
 _SHORTEST_STEP_SECONDS = 2e-5
-# Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
-_SHORTEST_LIKELY_STEP_SECONDS = 1e-4
-_LONGEST_LIKELY_STEP_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
@@ -154,12 +156,13 @@ def in_seconds(
     chosen: TimeColumns,
     rate: float | None,
     place: tuple[str, Location],
-    unit_by_numbers: Callable[[FloatArray], Mapping[str, str] | None],
+    factors_of: Callable[[FloatArray], FloatArray],
+    unstated: Collection[str],
 ) -> tuple[FloatArray, str, str]:
     """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse.
 
-    `unit_by_numbers` finds the unit with which velocities are the derivative of positions, given the instants
-    in it: "time" and "rate" of what it returns, where they say it.
+    `factors_of` gives the factors by which velocities are too large, given the instants in s; `unstated` are
+    the roles whose angles may be in degrees.
     """
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
@@ -178,15 +181,16 @@ def in_seconds(
         return _at_rate(clock, unit, rate)
     if unit in TIME_UNITS:
         return clock.values * TIME_UNITS[unit], unit, why
-    step, by_numbers = clock.step(), unit_by_numbers(clock.values) or {}
-    unit_found = by_numbers.get("time", "")
+    step, factors = clock.step(), factors_of(clock.values)
+    by_velocities = units_of_factors(factors, unstated={"time", *unstated}) or {}
+    unit_found = by_velocities.get("time", "")
     if unit_found and step * TIME_UNITS[unit_found] < _SHORTEST_STEP_SECONDS:
         unit_found = ""
-    if unit_found and (unit_found != "s" or step > _LONGEST_STEP_IN_SECONDS):
+    if unit_found and (unit_found != "s" or step > LONGEST_USUAL_STEP):
         return clock.values * TIME_UNITS[unit_found], unit_found, BY_VELOCITIES
     if unit == SAMPLE or (clock.is_whole and step == 1.0):
-        raise _counts(clock, by_numbers.get("rate", ""))
-    if step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= _LONGEST_STEP_IN_SECONDS:
+        raise _counts(clock, "" if by_velocities else rate_of_factors(factors))
+    if step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP:
         return clock.values, "s", "no unit stated"
     raise _unknown_unit(clock)
 
@@ -220,11 +224,9 @@ def _counts(clock: _Clock, rate: str) -> TrajectoryError:
 
 
 def _unknown_unit(clock: _Clock) -> TrajectoryError:
-    shortest, longest = _SHORTEST_LIKELY_STEP_SECONDS, _LONGEST_LIKELY_STEP_SECONDS
-    step = clock.step()
-    likely = next((unit for unit, size in TIME_UNITS.items() if shortest <= step * size < longest), "s")
-    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(clock.values)} rows"
-    remedy = f"{map_option(f'time={clock.name}:{likely}')} if these are readings, or another of s, ms, us, ns"
+    step, expected = clock.step(), "time in s, or a name such as time_ms"
+    content, option = f"steps of {step:g}, {len(clock.values)} rows", f"time={clock.name}:{usual_unit(step)}"
+    remedy = f"{map_option(option)} if these are readings, or another of s, ms, us, ns"
     return refusal(f"the unit of {clock.name} is unknown", clock.where, expected, content, remedy)
 
 

@@ -6,7 +6,6 @@ import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -20,7 +19,14 @@ from gd_analyze.motions.instants import BY_VELOCITIES, SAMPLE, in_seconds
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
-from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_derivatives, usual_reach
+from gd_analyze.motions.units_by_numbers import (
+    joint_in_degrees,
+    look_like_radians,
+    options_of,
+    units_of_factors,
+    usual_extremes,
+)
+from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.units import TIME_UNITS
 
@@ -138,38 +144,31 @@ def _units_by_numbers(
     choice: Choice, arm: RobotArm, arrays: Mapping[str, FloatArray], stamps: Sequence[Stamps], table: LogTable
 ) -> tuple[FloatArray, tuple[str, str], dict[str, str]]:
     """Seconds of the rows; the unit of time, and why; and the roles in degrees that say no unit, and why."""
+    q, qd = arrays["q"], arrays.get("qd")
     stated = {use.role for _, use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
     unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
-    units: dict[str, str] | None = {}
+    # What looks like velocities in rad/s beside degrees is then a time in minutes.
+    unstated -= {"q"} if look_like_radians(usual_extremes(q)) else set()
 
-    def compared(instants: FloatArray, *, time: bool) -> dict[str, str] | None:
-        nonlocal units
-        if "qd" not in arrays:
-            return {}
-        q, qd = arrays["q"], arrays["qd"]
-        rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
-        if not rows.all():
-            instants, q, qd = instants[rows], q[rows], qd[rows]
-        units = units_of_derivatives(instants, q, qd, arm, unstated=unstated, time=time)
-        return units
+    def factors(instants: FloatArray) -> FloatArray:
+        return np.zeros(0) if qd is None else _velocity_factors(instants, q, qd, arm)
 
     if choice.time is None:
         assert choice.rate is not None  # else a column of time is required
-        time = np.arange(float(len(arrays["q"]))) / choice.rate
+        time = np.arange(float(len(q))) / choice.rate
         clock = SAMPLE, f"rows at {choice.rate:g} Hz"
     else:
         column = choice.time.columns[0]
         place = table.label(column), table.where(None, column)
-        time, *clock_words = in_seconds(stamps, choice.time, choice.rate, place, partial(compared, time=True))
+        time, *clock_words = in_seconds(stamps, choice.time, choice.rate, place, factors, unstated)
         clock = clock_words[0], clock_words[1]
-    if clock[1] != BY_VELOCITIES:
-        compared(time, time=False)
-    degrees: dict[str, str] = dict.fromkeys({"q", "qd"} & {*(units or {})}, BY_VELOCITIES)
+    units = units_of_factors(factors(time), unstated=unstated)
+    degrees: dict[str, str] = {role: BY_VELOCITIES for role in ("q", "qd") if role in (units or {})}
     # Velocities that contradict the positions of some joints leave their unit open.
     is_open = "q" in unstated and not degrees and units is not None
-    joint = joint_in_degrees(arrays["q"], arm) if is_open else None
+    joint = joint_in_degrees(q, arm) if is_open else None
     if joint is not None:
-        reach, end = float(usual_reach(arrays["q"])[joint]), arm.joints[joint].upper
+        reach, end = np.abs(usual_extremes(q)[:, joint]).max(), arm.joints[joint].upper
         limit = "without limits" if end is None else f"whose limit is {end:.3g} rad"
         degrees = {"q": f"{arm.joints[joint].name}, {limit}, reaches {reach:.3g}"}
         degrees |= {"qd": "as the positions"} if "qd" in unstated else {}
@@ -178,19 +177,31 @@ def _units_by_numbers(
     return time, clock, degrees
 
 
+def _velocity_factors(instants: FloatArray, q: FloatArray, qd: FloatArray, arm: RobotArm) -> FloatArray:
+    """Factors by which velocities of joints that move are too large; of those that turn, if any does."""
+    rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
+    if not rows.all():
+        instants, q, qd = instants[rows], q[rows], qd[rows]
+    with np.errstate(over="ignore", invalid="ignore"):
+        factors, contradicts = derivative_factors(instants, q, qd)
+    turns = np.array(arm.is_revolute)
+    judged = (turns if turns.any() else ~turns) & (np.isfinite(factors) | contradicts)
+    return np.abs(factors[judged])
+
+
 _DEGREES = {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}
 
 
 def _tell(name: str, clock: tuple[str, str], degrees: Mapping[str, str]) -> None:
     """Warn of units that follow from the numbers alone, with the options that confirm them."""
     facts = [f"{role} in {_DEGREES[role]} ({reason})" for role, reason in degrees.items()]
-    options = [f"--map {role}=:deg" for role in degrees]
+    units = dict.fromkeys(degrees, "deg")
     if clock[1] == BY_VELOCITIES:
         facts.insert(0, f"time in {clock[0]} ({BY_VELOCITIES})")
-        options.insert(0, f"--map time=:{clock[0]}")
+        units = {"time": clock[0]} | units
     if facts:
         message = (
-            f"no unit is stated, and the numbers say {', '.join(facts)}: {' '.join(options)} confirms this"
+            f"no unit is stated, and the numbers say {', '.join(facts)}: {options_of(units)} confirms this"
         )
         warnings.warn(f"log {name}: {message}", GdAnalyzeWarning, stacklevel=4)
 

@@ -12,14 +12,16 @@ from types import NoneType
 import numpy as np
 
 from gd_analyze.arguments import strict
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
-from gd_analyze.motions.limits import check_against_arm, warn_if_radians
+from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.log import Log, log_of
 from gd_analyze.motions.reading import Reading, Treatment, refusal
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
+from gd_analyze.motions.units_by_numbers import look_like_radians
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
@@ -95,9 +97,18 @@ def motion_of(
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
     if degrees:
         ends = trajectory.extremes[0][:, degrees] if trajectory.recording is None else logged.q[:, degrees]
-        warn_if_radians(trajectory.name, np.degrees(ends))
+        _warn_if_radians(trajectory.name, np.degrees(ends))
     check_against_arm(trajectory, arm)
     return trajectory
+
+
+def _warn_if_radians(name: str, degrees: FloatArray) -> None:
+    """Warn when angles that a log calls degrees, shape (N, k), look like radians."""
+    if look_like_radians(degrees) and (np.ptp(degrees, axis=0) > 0).any():
+        reach = float(np.nanmax(np.abs(degrees)))
+        looks = f"angles in degrees stay within {reach:.3g} of zero, which looks like radians"
+        message = f"trajectory {name}: {looks}; if they are, name the columns without the unit"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 @strict
