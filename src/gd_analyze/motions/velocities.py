@@ -201,8 +201,10 @@ def derivative_factors(
         np.put_along_axis(array, worst, 0.0, axis=0)
     start = np.zeros((1, n))
     moved, integrated = (np.cumsum(np.vstack([start, array]), axis=0) for array in (changes, integrals))
-    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    moves = size > max(_STILL_SIZE, _STILL_SHARE * float(size.max()))
+    # Each compared with its own largest: the two may be in different units.
+    spans = np.stack([np.ptp(moved, axis=0), np.ptp(integrated, axis=0)])
+    size = spans.max(axis=0)
+    moves = (spans > np.maximum(_STILL_SIZE, _STILL_SHARE * spans.max(axis=1, keepdims=True))).any(axis=0)
     missed = np.ptp(moved - integrated, axis=0) - unsure.sum(axis=0)
     moved, integrated = moved - moved.mean(axis=0), integrated - integrated.mean(axis=0)
     squares = np.square(moved).sum(axis=0)
