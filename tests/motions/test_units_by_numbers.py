@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_factors
+from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_factors, usual_reach
 from gd_analyze.motions.velocities import derivative_factors
 from log_arms import arm_of
 from remedies import remedies, typed
@@ -116,8 +116,8 @@ def test_a_count_of_samples_is_asked_for_with_the_rate_that_velocities_tell(log)
 def test_a_few_corrupt_rows_do_not_make_degrees():
     q = Q.copy()
     q[::40] = 50.0
-    assert joint_in_degrees(q, ARM) is None
-    assert joint_in_degrees(np.degrees(Q), ARM) == 0
+    assert joint_in_degrees(ARM, usual_reach(q)) is None
+    assert joint_in_degrees(ARM, usual_reach(np.degrees(Q))) == 0
 
 
 @examples(40)

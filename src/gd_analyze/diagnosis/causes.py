@@ -140,9 +140,7 @@ def is_claimable(cause: Candidate, problem: Problem) -> bool:
 def doubtful_positions(problem: Problem) -> list[int]:
     """Joints, from 0, whose corrected positions are beyond what such joints reach: units come first."""
     q, *_ = problem.correction.states(problem.samples)
-    if not len(q):
-        return []
-    return np.flatnonzero(out_of_reach(problem.arm, q.min(axis=0), q.max(axis=0))).tolist()
+    return np.flatnonzero(out_of_reach(problem.arm, np.abs(q).max(axis=0, initial=0.0))).tolist()
 
 
 def is_unexplained(fit: FileFit) -> bool:

@@ -46,7 +46,7 @@ def warn_of_weight(arm: RobotArm) -> None:
 def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, factor: float) -> str:
     """Cause to check first: the arm at rest, then units of angle and time, then noise."""
     q, qd, qdd = states.arrays
-    doubtful = np.array(arm.is_revolute) & out_of_reach(arm, q.min(axis=0), q.max(axis=0))
+    doubtful = np.array(arm.is_revolute) & out_of_reach(arm, np.abs(q).max(axis=0))
     rated = arm.limits("velocity_limit")
     is_rated = np.isfinite(rated) & (rated > 0.0)
     speed = (np.abs(qd).max(axis=0)[is_rated] / rated[is_rated]).max(initial=0.0)

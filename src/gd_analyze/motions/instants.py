@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.mapping import ColumnMap, map_option
 from gd_analyze.motions.names import ColumnName
 from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.sampling import usual_step
 from gd_analyze.motions.table import LogTable, Stamps
 from gd_analyze.motions.units_by_numbers import (
     LONGEST_USUAL_STEP,
@@ -131,15 +131,19 @@ class _Clock:
     where: Location
 
     @property
+    def finite(self) -> FloatArray:
+        """Those of rows that have one."""
+        return self.values[np.isfinite(self.values)]
+
+    @property
     def is_whole(self) -> bool:
         """Whether all are whole numbers."""
-        finite = self.values[np.isfinite(self.values)]
-        return bool((finite == np.round(finite)).all())
+        return bool((self.finite == np.round(self.finite)).all())
 
-    def step(self, statistic: Callable[[FloatArray], Any] = np.median) -> float:
-        """Median, or another statistic, of the positive steps; 0 if there are none."""
-        steps = np.diff(self.values[np.isfinite(self.values)])
-        return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0
+    @property
+    def step(self) -> float:
+        """Median of the positive steps; 0 if there are none."""
+        return usual_step(self.finite)
 
     @property
     def date_unit(self) -> str:
@@ -147,7 +151,7 @@ class _Clock:
         for unit, size in TIME_UNITS.items():
             if _EARLIEST_DATE_SECONDS <= abs(self.first) * size <= _LATEST_DATE_SECONDS:
                 longest = _LONGEST_DATE_STEP_SECONDS if self.is_whole else _LONGEST_FRACTIONAL_STEP_SECONDS
-                return unit if self.step() * size <= longest else ""
+                return unit if self.step * size <= longest else ""
         return ""
 
 
@@ -181,7 +185,7 @@ def in_seconds(
         return _at_rate(clock, unit, rate)
     if unit in TIME_UNITS:
         return clock.values * TIME_UNITS[unit], unit, why
-    step, factors = clock.step(), factors_of(clock.values)
+    step, factors = clock.step, factors_of(clock.values)
     by_velocities = units_of_factors(factors, unstated={"time", *unstated}) or {}
     unit_found = by_velocities.get("time", "")
     if unit_found and step * TIME_UNITS[unit_found] < _SHORTEST_STEP_SECONDS:
@@ -196,7 +200,7 @@ def in_seconds(
 
 
 def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, str]:
-    least = clock.step(np.min)
+    least = float(np.diff(np.unique(clock.finite)).min(initial=np.inf))
     if unit in TIME_UNITS or not clock.is_whole or (unit != SAMPLE and least > 1.0):
         message = f"{clock.name} does not count samples, so no rate applies to it"
         expected = "whole numbers in steps of 1, or a name such as sample"
@@ -212,7 +216,7 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, st
 
 def _counts(clock: _Clock, rate: str) -> TrajectoryError:
     message = f"{clock.name} counts samples, or its unit is unknown"
-    content = f"whole numbers in steps of {clock.step():g}"
+    content = f"whole numbers in steps of {clock.step:g}"
     option = f"time={clock.name}"
     if rate:
         content += f"; positions against velocities say about {rate}"
@@ -224,7 +228,7 @@ def _counts(clock: _Clock, rate: str) -> TrajectoryError:
 
 
 def _unknown_unit(clock: _Clock) -> TrajectoryError:
-    step, expected = clock.step(), "time in s, or a name such as time_ms"
+    step, expected = clock.step, "time in s, or a name such as time_ms"
     content, option = f"steps of {step:g}, {len(clock.values)} rows", f"time={clock.name}:{usual_unit(step)}"
     remedy = f"{map_option(option)} if these are readings, or another of s, ms, us, ns"
     return refusal(f"the unit of {clock.name} is unknown", clock.where, expected, content, remedy)

@@ -161,13 +161,14 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory with another number of joints; warn of exceeded limits and implausible numbers."""
     require_trajectory_joints(trajectory, arm)
     low, high = trajectory.extremes[0]
-    suspects = np.flatnonzero(look_like_degrees(arm, low, high)).tolist()
+    reach = np.maximum(-low, high)
+    suspects = np.flatnonzero(look_like_degrees(arm, reach)).tolist()
     arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
     mistakes = contradictions(*arrays, trajectory.gaps, trajectory.derived)
     messages = []
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
-        largest = float(np.maximum(-low, high)[suspects].max())
+        largest = float(reach[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
         # What contradicts the positions is in another unit than they are.
         given = [role for role in ("q", "qd", "qdd") if role not in trajectory.derived]

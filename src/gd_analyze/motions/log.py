@@ -24,7 +24,7 @@ from gd_analyze.motions.units_by_numbers import (
     look_like_radians,
     options_of,
     units_of_factors,
-    usual_extremes,
+    usual_reach,
 )
 from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
@@ -88,14 +88,15 @@ def log_of(
         time, clock, degrees = _units_by_numbers(choice, arm, arrays, columns.stamps, table)
         _tell(name, clock, degrees)
         arrays |= {role: _from_degrees(arrays[role], arm) for role in degrees if role in arrays}
-    jumping = jumping_rows(time, arrays["q"], arm) if choice.measured else {}
-    require_sound(columns.wrong, jumping, len(time), table, name, reading.drop_rows)
+    faults = jumping_rows(time, arrays["q"], arm, table) if choice.measured else {}
+    faults |= columns.wrong
+    require_sound(faults, len(time), table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
     usable = np.isfinite(time) & np.isfinite(arrays["q"]).any(axis=1)
     if not usable.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
-    corrupt = sorted({*columns.wrong, *jumping})
+    corrupt = sorted(faults)
     empty = np.delete(~usable, corrupt).sum()
     if empty:
         clock = clock[0], f"{clock[1]}; rows without time or positions, left out: {int(empty)}"
@@ -148,7 +149,7 @@ def _units_by_numbers(
     stated = {use.role for _, use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
     unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
     # What looks like velocities in rad/s beside degrees is then a time in minutes.
-    unstated -= {"q"} if look_like_radians(usual_extremes(q)) else set()
+    unstated -= {"q"} if look_like_radians(usual_reach(q)) else set()
 
     def factors(instants: FloatArray) -> FloatArray:
         return np.zeros(0) if qd is None else _velocity_factors(instants, q, qd, arm)
@@ -166,9 +167,9 @@ def _units_by_numbers(
     degrees: dict[str, str] = {role: BY_VELOCITIES for role in ("q", "qd") if role in (units or {})}
     # Velocities that contradict the positions of some joints leave their unit open.
     is_open = "q" in unstated and not degrees and units is not None
-    joint = joint_in_degrees(q, arm) if is_open else None
+    joint = joint_in_degrees(arm, usual_reach(q)) if is_open else None
     if joint is not None:
-        reach, end = np.abs(usual_extremes(q)[:, joint]).max(), arm.joints[joint].upper
+        reach, end = usual_reach(q)[joint], arm.joints[joint].upper
         limit = "without limits" if end is None else f"whose limit is {end:.3g} rad"
         degrees = {"q": f"{arm.joints[joint].name}, {limit}, reaches {reach:.3g}"}
         degrees |= {"qd": "as the positions"} if "qd" in unstated else {}

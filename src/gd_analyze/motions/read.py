@@ -104,8 +104,8 @@ def motion_of(
 
 def _warn_if_radians(name: str, degrees: FloatArray) -> None:
     """Warn when angles that a log calls degrees, shape (N, k), look like radians."""
-    if look_like_radians(degrees) and (np.ptp(degrees, axis=0) > 0).any():
-        reach = float(np.nanmax(np.abs(degrees)))
+    reach = np.nanmax(np.abs(degrees), initial=0.0)
+    if look_like_radians(reach) and (np.ptp(degrees, axis=0) > 0).any():
         looks = f"angles in degrees stay within {reach:.3g} of zero, which looks like radians"
         message = f"trajectory {name}: {looks}; if they are, name the columns without the unit"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=3)

@@ -25,17 +25,14 @@ _LOWEST_RATE, _DIGITS_OF_RATE = 5.0, 3
 _LEAST_DEGREES = 3.15
 # Joints nearer to zero, rad, say nothing of their unit.
 _AWAY_FROM_ZERO = 0.1
-# Positions of a joint that turns are doubtful outside its range and beyond a turn; without a range beyond
-# two, as it may turn several times; and those of a slide beyond ten times its range.
-_ONE_TURN, _MANY_TURNS = 2.0 * math.pi, 4.0 * math.pi
-_MANY_TRAVELS = 10.0
-# A decision needs more than a doubt: a joint beyond so many times the end of its range (twice two turns).
-_SURELY_BEYOND = 3.0
-# Share of its range that a joint in degrees may reach.
+# Positions are doubtful where a joint that turns goes beyond its range and a turn, or without a range beyond
+# two, and a slide beyond ten times its range: all by more than a small share.
+_ONE_TURN, _TWO_TURNS, _MANY_TRAVELS = 2.0 * math.pi, 4.0 * math.pi, 10.0
 _RANGE_MARGIN = 1.05
-# Share of the rows, at either side, that may be corrupt, and the most rows that are looked at.
-_UNUSUAL_SHARE = 0.05
-_MOST_ROWS = 10_000
+# They are in degrees only if a joint goes beyond so many times its range.
+_FAR_BEYOND = 2.0
+# Share of the rows that say how far a joint reaches, and the most rows that are looked at.
+_USUAL_SHARE, _MOST_ROWS = 0.95, 10_000
 # Steps of most logs, s, 2 kHz to 2 Hz: any number is one in a single unit.
 _SHORTEST_USUAL_STEP, LONGEST_USUAL_STEP = 5e-4, 0.5
 # Velocities up to this share of the limits are usual; only joints that move farther, rad or m, show theirs.
@@ -46,22 +43,11 @@ _MOVING_SPAN = 0.1
 def units_of_factors(
     factors: FloatArray, x: str = "q", v: str = "qd", *, unstated: Container[str]
 ) -> dict[str, str] | None:
-    """Units with which v is the derivative of x.
+    """Unit of "time", and "deg" for x or v if that alone is in degrees, with which v is the derivative of x.
 
-    Parameters
-    ----------
-    factors
-        Those by which v is too large, joint by joint, read in SI units; nan where it is no multiple.
-    x, v
-        Roles of positions and of velocities, or of velocities and of accelerations.
-    unstated
-        Of "time" and these two, those that may be in another unit.
-
-    Returns
-    -------
-    dict
-        The unit of "time", and "deg" for x or v if one of them is in degrees and the other is not. Empty
-        without factors; None where no unit makes most joints agree.
+    `factors` are those by which v is too large, joint by joint, if all is read in SI units; `unstated` says
+    which of "time", x and v may be in another unit. Empty without factors; None where no unit makes most
+    joints agree.
     """
     if not len(factors):
         return {}
@@ -97,55 +83,53 @@ def options_of(units: Mapping[str, str]) -> str:
     return " ".join(map_option(f"{role}=:{unit}") for role, unit in units.items())
 
 
-def out_of_reach(arm: RobotArm, low: FloatArray, high: FloatArray) -> Array:
-    """Joints, (n,), whose extreme positions no such joint has: in another unit, or before the gears."""
+def out_of_reach(arm: RobotArm, reach: FloatArray) -> Array:
+    """Joints, (n,), that come no such distance from zero: in another unit, or before the gears."""
     ends = _ends(arm)
-    outside = (low < arm.limits("lower")) | (high > arm.limits("upper")) | np.isinf(ends)
-    turned = np.where(np.isinf(ends), _MANY_TURNS, _ONE_TURN)
-    return np.asarray(
-        outside & (np.maximum(-low, high) > np.where(arm.is_revolute, turned, _MANY_TRAVELS * ends))
-    )
+    most = np.where(arm.is_revolute, np.maximum(_ONE_TURN, ends), _MANY_TRAVELS * ends)
+    return np.asarray(reach > _RANGE_MARGIN * most)
 
 
-def look_like_degrees(arm: RobotArm, low: FloatArray, high: FloatArray) -> Array:
-    """Joints that turn, (n,), whose extreme positions are out of reach, but not if they are in degrees."""
-    within = _DEGREE * np.maximum(-low, high) <= _RANGE_MARGIN * _ends(arm)
-    return np.asarray(arm.is_revolute) & within & out_of_reach(arm, low, high)
+def look_like_degrees(arm: RobotArm, reach: FloatArray) -> Array:
+    """Joints that turn, (n,), whose distance from zero is out of reach, but not if it is in degrees."""
+    unlimited = ~np.isfinite(arm.limits("upper") - arm.limits("lower"))
+    within = unlimited | (_DEGREE * reach <= _RANGE_MARGIN * _ends(arm))
+    return np.asarray(arm.is_revolute) & within & out_of_reach(arm, reach)
 
 
-def joint_in_degrees(q: FloatArray, arm: RobotArm) -> int | None:
-    """Joint, from 0, that shows positions (N, n) of all that turn to be in degrees; None if none does.
+def joint_in_degrees(arm: RobotArm, reach: FloatArray) -> int | None:
+    """Joint, from 0, that shows positions of all that turn to be in degrees; None if none does.
 
-    Most joints away from zero look like degrees, and all are within their range if these are degrees, but not
-    if these are positions of motors in front of the file's gears.
+    A decision needs more than a doubt: most joints away from zero look like degrees, one by far, and all are
+    within their range if these are degrees, but not if these are positions of motors in front of the file's
+    gears.
     """
-    low, high = usual_extremes(q)
-    turns, reach, ends = np.array(arm.is_revolute), np.maximum(-low, high), _ends(arm)
-    suspects = look_like_degrees(arm, low, high)
-    surely = suspects & (reach > np.where(np.isinf(ends), 2.0 * _MANY_TURNS, _SURELY_BEYOND * ends))
+    turns, ends, suspects = np.array(arm.is_revolute), _ends(arm), look_like_degrees(arm, reach)
+    far = suspects & (reach > _FAR_BEYOND * ends)
     is_most = 2 * suspects.sum() > (turns & (reach > _AWAY_FROM_ZERO)).sum()
     ratios = np.array([abs(drive.gear_ratio) for drive in arm.drives] or [1.0] * arm.n_joints)
-    farthest = _RANGE_MARGIN * np.where(np.isinf(ends), 2.0 * _MANY_TURNS, ends)
-    in_degrees, of_motors = ((x <= farthest)[turns].all() for x in (_DEGREE * reach, reach / ratios))
-    return int(surely.argmax()) if surely.any() and is_most and in_degrees and not of_motors else None
+    in_degrees, of_motors = (
+        (x <= _RANGE_MARGIN * ends)[turns].all() for x in (_DEGREE * reach, reach / ratios)
+    )
+    return int(far.argmax()) if far.any() and is_most and in_degrees and not of_motors else None
 
 
 def _ends(arm: RobotArm) -> FloatArray:
-    """How far from zero each joint's range reaches, (n,); infinite without one."""
-    return np.maximum(np.abs(arm.limits("lower")), np.abs(arm.limits("upper")))
+    """How far from zero each joint's range reaches, (n,); without one a joint may turn twice."""
+    ends = np.maximum(np.abs(arm.limits("lower")), np.abs(arm.limits("upper")))
+    return np.where(np.isinf(ends) & arm.is_revolute, _TWO_TURNS, ends)
 
 
-def usual_extremes(q: FloatArray) -> FloatArray:
-    """Smallest and largest position of each joint, (2, n), without a few rows, which may be corrupt."""
-    rows = q[:: max(len(q) // _MOST_ROWS, 1)]
+def usual_reach(q: FloatArray) -> FloatArray:
+    """How far from zero each joint is in all but a few of the rows, (n,), which may be corrupt."""
+    rows = np.abs(q[:: max(len(q) // _MOST_ROWS, 1)])
     known = np.where(np.isfinite(rows), rows, 0.0)
-    shares = [_UNUSUAL_SHARE, 1.0 - _UNUSUAL_SHARE]
-    return np.quantile(known, shares, axis=0) if len(known) else np.zeros((2, q.shape[1]))
+    return np.quantile(known, _USUAL_SHARE, axis=0) if len(known) else np.zeros(q.shape[1])
 
 
-def look_like_radians(q: FloatArray) -> bool:
-    """Whether angles stay as near to zero as few motions in degrees do."""
-    return float(np.nanmax(np.abs(q), initial=0.0)) <= _LEAST_DEGREES
+def look_like_radians(reach: FloatArray) -> bool:
+    """Whether no angle goes farther from zero than few motions in degrees do."""
+    return bool(reach.max(initial=0.0) <= _LEAST_DEGREES)
 
 
 def usual_unit(step: float) -> str:
