@@ -6,6 +6,7 @@ import shlex
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -151,9 +152,7 @@ def _units_by_numbers(
     # What looks like velocities in rad/s beside degrees is then a time in minutes.
     unstated -= {"q"} if look_like_radians(usual_reach(q)) else set()
 
-    def factors(instants: FloatArray) -> FloatArray:
-        return np.zeros(0) if qd is None else _velocity_factors(instants, q, qd, arm)
-
+    factors = partial(_velocity_factors, arm, q, qd)
     if choice.time is None:
         assert choice.rate is not None  # else a column of time is required
         time = np.arange(float(len(q))) / choice.rate
@@ -178,8 +177,12 @@ def _units_by_numbers(
     return time, clock, degrees
 
 
-def _velocity_factors(instants: FloatArray, q: FloatArray, qd: FloatArray, arm: RobotArm) -> FloatArray:
+def _velocity_factors(
+    arm: RobotArm, q: FloatArray, qd: FloatArray | None, instants: FloatArray
+) -> FloatArray:
     """Factors by which velocities of joints that move are too large; of those that turn, if any does."""
+    if qd is None:
+        return np.zeros(0)
     rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
     if not rows.all():
         instants, q, qd = instants[rows], q[rows], qd[rows]

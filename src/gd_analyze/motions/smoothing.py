@@ -62,7 +62,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Treated:
-    """The numbers of a trajectory; see `Trajectory`."""
+    """Fields of a trajectory that follow from a log's numbers; see `Trajectory`."""
 
     time: FloatArray  # s, shape (N,)
     q: FloatArray  # rad (m), shape (N, n)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray, are_possible
 from gd_analyze.motions.reading import refusal
@@ -33,18 +33,16 @@ _WINDOWS = 16
 _WINDOW_SET_POINTS = 8192
 
 
-def _windows(
-    arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
-) -> tuple[tuple[Any, ...], Sequence[int]]:
-    """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
-    count, windows, length = len(arrays[0]), _WINDOWS, _WINDOW_SET_POINTS
+def _windows(count: int, gaps: Sequence[int]) -> tuple[slice | NDArray[np.intp], Sequence[int]]:
+    """Rows of evenly spaced windows of a long motion, with gaps between; all rows of a short one."""
+    windows, length = _WINDOWS, _WINDOW_SET_POINTS
     if count <= windows * length:
-        return arrays, gaps
+        return slice(None), gaps
     starts = np.linspace(0, count - length, windows).astype(int)
     rows = (starts[:, None] + np.arange(length)).ravel()
     window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)}
     window_gaps |= {k * length for k in range(1, windows)}
-    return tuple(None if x is None else x[rows] for x in arrays), sorted(window_gaps - {0, len(rows)})
+    return rows, sorted(window_gaps - {0, len(rows)})
 
 
 # Accelerations are noise if the mean square of their changes exceeds this share of their own mean square.
@@ -68,15 +66,16 @@ def are_noise(
     Judged by the mean square of their changes over their own (von Neumann): 2 for white noise, 3 or more for
     differentiated noise, 0 for a smooth motion.
     """
-    (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
-    ends = pairwise([0, *gaps, len(time)])
-    parts = [slice(start, end) for start, end in ends if end - start >= _FEWEST_JUDGED]
     if qd is None:
         values, order = q, 2
     elif qdd is None:
         values, order = qd, 1
     else:
         values, order = qdd, 0
+    rows, gaps = _windows(len(time), gaps)
+    time, q, values = time[rows], q[rows], values[rows]
+    ends = pairwise([0, *gaps, len(time)])
+    parts = [slice(start, end) for start, end in ends if end - start >= _FEWEST_JUDGED]
     derivatives, bends = [], []
     for part in parts:
         accelerations, instants = values[part], time[part]
@@ -106,7 +105,8 @@ def completed(
     """Derive missing velocities and accelerations by a spline per stretch; state which and how."""
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
-    absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
+    given = {name: x for name, x in (("qd", qd), ("qdd", qdd)) if x is not None}
+    absent = [name for name in ("qd", "qdd") if name not in given]
     lacking = " and ".join(absent)
     shortest = int(np.diff([0, *gaps, len(time)]).min())
     if shortest < FEWEST_SET_POINTS:
@@ -114,24 +114,18 @@ def completed(
         expected = f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {lacking}"
         raise refusal(message, where, expected, str(shortest), step)
     source, samples = ("q", q) if qd is None else ("qd", qd)
-    parts = list(zip(np.split(time, gaps), np.split(samples, gaps), strict=True))
-
-    orders = (1, 2) if qd is None and qdd is None else (1,)
-    derived = np.empty((len(orders), *samples.shape))
-    for (instants, values), end in zip(parts, np.cumsum([len(t) for t, _ in parts]), strict=True):
-        _differentiate(instants, values, orders, derived[:, end - len(instants) : end])
+    derived = np.empty((len(absent), *samples.shape))
+    for start, end in pairwise([0, *gaps, len(time)]):
+        _differentiate(time[start:end], samples[start:end], derived[:, start:end])
     derived.flags.writeable = False  # and a trajectory needs no copy
-    if qdd is None:
-        qdd = derived[-1]
-    if qd is None:
-        qd = derived[0]
-    for name, values in (("qd", qd), ("qdd", qdd)):
-        if name in absent and not are_possible(values):
+    for name, values in zip(absent, derived, strict=True):
+        if not are_possible(values):
             message, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
             expected = f"time steps in s, even enough that {name} stays below {LARGEST:g}"
             span, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
             raise refusal(message, where, expected, span, step)
-    return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
+        given[name] = values
+    return given["qd"], given["qdd"], f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
 # Set points of a block of the spline, and of its overlap at either side. The effect of a value on the spline
@@ -142,8 +136,8 @@ _OVERLAP_SET_POINTS = 128
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 
-def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], out: FloatArray) -> None:
-    """Write derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
+def _differentiate(time: FloatArray, values: FloatArray, out: FloatArray) -> None:
+    """Write the first derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
 
     A long spline is made block by block: what lies beyond the overlap changes nothing. nan where doubles
     overflow.
@@ -159,7 +153,7 @@ def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], 
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             try:
                 spline = make_interp_spline(instants, values[begin:beyond], k=5)
-                for row, order in zip(out, orders, strict=True):
+                for order, row in enumerate(out, start=1):
                     row[start:end] = spline.derivative(order)(time[start:end])
             except ValueError:  # raised where the spline's equations overflow
                 out[:, start:end] = np.nan
@@ -189,7 +183,8 @@ def derivative_factors(
     n = x.shape[1]
     if len(time) < _FEWEST_COMPARED:
         return np.full(n, np.nan), np.zeros(n, dtype=bool)
-    (time, x, v, _), gaps = _windows((time, x, v, None), gaps)
+    rows, gaps = _windows(len(time), gaps)
+    time, x, v = time[rows], x[rows], v[rows]
     steps = np.diff(time)[:, None]
     changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
     # Between set points v lies between its values there: the trapezoidal rule errs by at most this.
