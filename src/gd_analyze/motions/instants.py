@@ -165,7 +165,7 @@ def in_seconds(
 ) -> tuple[FloatArray, str, str]:
     """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse.
 
-    `factors_of` gives the factors by which velocities are too large, given the instants in s; `unstated` are
+    `factors_of` gives the factors by which velocities are too large with instants read in s; `unstated` are
     the roles whose angles may be in degrees.
     """
     if len(stamps) == 2 and rate is None:
@@ -187,16 +187,14 @@ def in_seconds(
         return clock.values * TIME_UNITS[unit], unit, why
     step, factors = clock.step, factors_of(clock.values)
     by_velocities = units_of_factors(factors, unstated={"time", *unstated}) or {}
-    unit_found = by_velocities.get("time", "")
-    if unit_found and step * TIME_UNITS[unit_found] < _SHORTEST_STEP_SECONDS:
-        unit_found = ""
-    if unit_found and (unit_found != "s" or step > LONGEST_USUAL_STEP):
-        return clock.values * TIME_UNITS[unit_found], unit_found, BY_VELOCITIES
-    if unit == SAMPLE or (clock.is_whole and step == 1.0):
-        raise _counts(clock, "" if by_velocities else rate_of_factors(factors))
-    if step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP:
+    second = by_velocities.get("time", "s")
+    is_long_enough = step * TIME_UNITS[second] >= _SHORTEST_STEP_SECONDS
+    if by_velocities and is_long_enough and (second != "s" or step > LONGEST_USUAL_STEP):
+        return clock.values * TIME_UNITS[second], second, BY_VELOCITIES
+    counts = unit == SAMPLE or (clock.is_whole and step == 1.0)
+    if not counts and (step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP):
         return clock.values, "s", "no unit stated"
-    raise _unknown_unit(clock)
+    raise _unknown_unit(clock, counts, "" if by_velocities else rate_of_factors(factors))
 
 
 def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, str]:
@@ -214,23 +212,19 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, st
     return clock.values / rate, SAMPLE, f"{rate:g} Hz as given"
 
 
-def _counts(clock: _Clock, rate: str) -> TrajectoryError:
-    message = f"{clock.name} counts samples, or its unit is unknown"
-    content = f"whole numbers in steps of {clock.step:g}"
-    option = f"time={clock.name}"
-    if rate:
+def _unknown_unit(clock: _Clock, counts: bool, rate: str) -> TrajectoryError:
+    """Refusal of a unit that neither name nor numbers say; `rate` is that of the samples it may count."""
+    option, content = f"time={clock.name}", f"steps of {clock.step:g}, {len(clock.values)} rows"
+    if counts and rate:
         content += f"; positions against velocities say about {rate}"
         remedy = f"{map_option(f'{option}:{rate}')} if it counts samples"
-    else:
+    elif counts:
         remedy = f"{map_option(f'{option}:RATEHz')} if it counts samples, "
         remedy += f"{map_option(f'{option}:s')}, ms, us or ns otherwise"
-    return refusal(message, clock.where, "time in s, or the sample rate", content, remedy)
-
-
-def _unknown_unit(clock: _Clock) -> TrajectoryError:
-    step, expected = clock.step, "time in s, or a name such as time_ms"
-    content, option = f"steps of {step:g}, {len(clock.values)} rows", f"time={clock.name}:{usual_unit(step)}"
-    remedy = f"{map_option(option)} if these are readings, or another of s, ms, us, ns"
+    else:
+        remedy = f"{map_option(f'{option}:{usual_unit(clock.step)}')} if these are readings, "
+        remedy += "or another of s, ms, us, ns"
+    expected = "time in s, or a name such as time_ms"
     return refusal(f"the unit of {clock.name} is unknown", clock.where, expected, content, remedy)
 
 
