@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.motions.correction import Correction, inverse
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, in_python, number_in
@@ -93,21 +93,15 @@ class Corrections:
         Raises
         ------
         UsageError
-            If a correction does not fit the arm.
-        TrajectoryError
-            If the torque constants do not.
+            If a correction, or the torque constants, do not fit the arm.
         """
         n = arm.n_joints
         correction = Correction.none(n)
         if torque_constant:
             if len(torque_constant) != n:
-                raise TrajectoryError(
-                    "the torque constants do not fit the arm",
-                    where="--torque-constant",
-                    expected=f"{n} numbers, N m/A (N/A)",
-                    found=str(len(torque_constant)),
-                    next_step="give one for every joint, with commas",
-                )
+                message, expected = "the torque constants do not fit the arm", f"{n} numbers, N m/A (N/A)"
+                step, count = "give one for every joint, with commas", str(len(torque_constant))
+                raise _unusable(message, "--torque-constant", expected, count, step)
             correction = correction.with_torque(np.diag(np.array(torque_constant, dtype=float)))
         for word in self.couple:
             correction = correction.with_joints(_coupling(word, arm))

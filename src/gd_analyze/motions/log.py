@@ -29,7 +29,7 @@ from gd_analyze.motions.units_by_numbers import (
 )
 from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +88,8 @@ def log_of(
     else:
         time, clock, degrees = _units_by_numbers(choice, arm, arrays, columns.stamps, table)
         _tell(name, clock, degrees)
-        arrays |= {role: _from_degrees(arrays[role], arm) for role in degrees if role in arrays}
+        sizes = np.where(arm.is_revolute, UNITS["angle"]["deg"], 1.0)
+        arrays |= {role: _columns(arrays[role], range(arm.n_joints), sizes) for role in degrees}
     faults = jumping_rows(time, arrays["q"], arm, table) if choice.measured else {}
     faults |= columns.wrong
     require_sound(faults, len(time), table, name, reading.drop_rows)
@@ -151,7 +152,6 @@ def _units_by_numbers(
     unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
     # What looks like velocities in rad/s beside degrees is then a time in minutes.
     unstated -= {"q"} if look_like_radians(usual_reach(q)) else set()
-
     factors = partial(_velocity_factors, arm, q, qd)
     if choice.time is None:
         assert choice.rate is not None  # else a column of time is required
@@ -172,8 +172,7 @@ def _units_by_numbers(
         limit = "without limits" if end is None else f"whose limit is {end:.3g} rad"
         degrees = {"q": f"{arm.joints[joint].name}, {limit}, reaches {reach:.3g}"}
         degrees |= {"qd": "as the positions"} if "qd" in unstated else {}
-    if "qdd" in unstated and "qd" in degrees:
-        degrees["qdd"] = "as the velocities"
+    degrees |= {"qdd": "as the velocities"} if "qdd" in unstated and "qd" in degrees else {}
     return time, clock, degrees
 
 
@@ -210,18 +209,11 @@ def _tell(name: str, clock: tuple[str, str], degrees: Mapping[str, str]) -> None
         warnings.warn(f"log {name}: {message}", GdAnalyzeWarning, stacklevel=4)
 
 
-def _from_degrees(values: FloatArray, arm: RobotArm) -> FloatArray:
-    """Numbers (N, n), those of joints that turn from degrees."""
-    values = values * np.where(arm.is_revolute, units_of("q", True)["deg"], 1.0)
-    values.flags.writeable = False
-    return values
-
-
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
     """Take columns, each times its factor; columns side by side that need none are not copied."""
     if places and (factors == 1.0).all() and (np.diff(places) == 1).all():
         return numbers[:, places[0] : places[-1] + 1]
-    values = numbers[:, places] * factors
+    values = numbers[:, list(places)] * factors
     values.flags.writeable = False
     return values
 

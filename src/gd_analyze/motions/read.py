@@ -12,7 +12,6 @@ from types import NoneType
 import numpy as np
 
 from gd_analyze.arguments import strict
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
@@ -95,20 +94,14 @@ def motion_of(
         raise refusal(error.what, where, expected, content, step or None) from None
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
-    if degrees:
-        ends = trajectory.extremes[0][:, degrees] if trajectory.recording is None else logged.q[:, degrees]
-        _warn_if_radians(trajectory.name, np.degrees(ends))
+    low, high = (np.degrees(extreme.reduce(logged.q)[degrees]) for extreme in (np.fmin, np.fmax))
+    reach = np.maximum(-low, high)
+    if look_like_radians(reach) and (high > low).any():
+        looks = f"angles in degrees stay within {reach.max():.3g} of zero, which looks like radians"
+        message = f"trajectory {trajectory.name}: {looks}; if they are, name the columns without the unit"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     check_against_arm(trajectory, arm)
     return trajectory
-
-
-def _warn_if_radians(name: str, degrees: FloatArray) -> None:
-    """Warn when angles that a log calls degrees, shape (N, k), look like radians."""
-    reach = np.nanmax(np.abs(degrees), initial=0.0)
-    if look_like_radians(reach) and (np.ptp(degrees, axis=0) > 0).any():
-        looks = f"angles in degrees stay within {reach:.3g} of zero, which looks like radians"
-        message = f"trajectory {name}: {looks}; if they are, name the columns without the unit"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
 
 
 @strict

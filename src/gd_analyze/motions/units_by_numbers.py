@@ -29,8 +29,8 @@ _AWAY_FROM_ZERO = 0.1
 # two, and a slide beyond ten times its range: all by more than a small share.
 _ONE_TURN, _TWO_TURNS, _MANY_TRAVELS = 2.0 * math.pi, 4.0 * math.pi, 10.0
 _RANGE_MARGIN = 1.05
-# They are in degrees only if a joint goes beyond so many times its range.
-_FAR_BEYOND = 2.0
+# A decision comes later than a warning: for degrees, a joint must go beyond so many times its range.
+_FAR_BEYOND = 3.0
 # Share of the rows that say how far a joint reaches, and the most rows that are looked at.
 _USUAL_SHARE, _MOST_ROWS = 0.95, 10_000
 # Steps of most logs, s, 2 kHz to 2 Hz: any number is one in a single unit.
@@ -51,11 +51,10 @@ def units_of_factors(
     """
     if not len(factors):
         return {}
+    angles: list[dict[str, str]] = [{}, *({role: "deg"} for role in (x, v) if role in unstated)]
     for second in TIME_UNITS if "time" in unstated else ["s"]:
-        for role in ("", x, v):
-            if role and role not in unstated:
-                continue
-            units = ({role: "deg"} if role else {}) | {"time": second}
+        for in_degrees in angles:
+            units = in_degrees | {"time": second}
             agree = np.abs(factors / factor_of_units(units, v) - 1.0) < FACTOR_TOLERANCE
             if 2 * agree.sum() > len(factors):
                 return units
