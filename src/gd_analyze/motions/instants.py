@@ -162,8 +162,8 @@ def in_seconds(
     place: tuple[str, Location],
     factors_of: Callable[[FloatArray], FloatArray],
     unstated: Collection[str],
-) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse.
+) -> tuple[FloatArray, tuple[str, str]]:
+    """Time in s from the first instant, and its unit in the log with the reason for it; or refuse.
 
     `factors_of` gives the factors by which velocities are too large with instants read in s; `unstated` are
     the roles whose angles may be in degrees.
@@ -171,7 +171,7 @@ def in_seconds(
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
         values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
-        return values - _first(values), "s", chosen.why
+        return values - _first(values), ("s", chosen.why)
     stamp = stamps[0]
     first = _first(stamp.offsets)
     clock = _Clock(stamp.offsets - first, stamp.base + first, *place)
@@ -184,20 +184,20 @@ def in_seconds(
     if rate is not None:
         return _at_rate(clock, unit, rate)
     if unit in TIME_UNITS:
-        return clock.values * TIME_UNITS[unit], unit, why
+        return clock.values * TIME_UNITS[unit], (unit, why)
     step, factors = clock.step, factors_of(clock.values)
     by_velocities = units_of_factors(factors, unstated={"time", *unstated}) or {}
     second = by_velocities.get("time", "s")
     is_long_enough = step * TIME_UNITS[second] >= _SHORTEST_STEP_SECONDS
     if by_velocities and is_long_enough and (second != "s" or step > LONGEST_USUAL_STEP):
-        return clock.values * TIME_UNITS[second], second, BY_VELOCITIES
+        return clock.values * TIME_UNITS[second], (second, BY_VELOCITIES)
     counts = unit == SAMPLE or (clock.is_whole and step == 1.0)
     if not counts and (step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP):
-        return clock.values, "s", "no unit stated"
+        return clock.values, ("s", "no unit stated")
     raise _unknown_unit(clock, counts, "" if by_velocities else rate_of_factors(factors))
 
 
-def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, str]:
+def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, tuple[str, str]]:
     least = float(np.diff(np.unique(clock.finite)).min(initial=np.inf))
     if unit in TIME_UNITS or not clock.is_whole or (unit != SAMPLE and least > 1.0):
         message = f"{clock.name} does not count samples, so no rate applies to it"
@@ -209,7 +209,7 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, st
         )
         remedy = f"to count the rows in its place, give --map time={rate:g}Hz alone"
         raise refusal(message, clock.where, expected, content, remedy)
-    return clock.values / rate, SAMPLE, f"{rate:g} Hz as given"
+    return clock.values / rate, (SAMPLE, f"{rate:g} Hz as given")
 
 
 def _unknown_unit(clock: _Clock, counts: bool, rate: str) -> TrajectoryError:

@@ -160,8 +160,7 @@ def _units_by_numbers(
     else:
         column = choice.time.columns[0]
         place = table.label(column), table.where(None, column)
-        time, *clock_words = in_seconds(stamps, choice.time, choice.rate, place, factors, unstated)
-        clock = clock_words[0], clock_words[1]
+        time, clock = in_seconds(stamps, choice.time, choice.rate, place, factors, unstated)
     units = units_of_factors(factors(time), unstated=unstated)
     degrees: dict[str, str] = {role: BY_VELOCITIES for role in ("q", "qd") if role in (units or {})}
     # Velocities that contradict the positions of some joints leave their unit open.

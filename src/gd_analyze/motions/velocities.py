@@ -35,13 +35,13 @@ _WINDOW_SET_POINTS = 8192
 
 def _windows(count: int, gaps: Sequence[int]) -> tuple[slice | NDArray[np.intp], Sequence[int]]:
     """Rows of evenly spaced windows of a long motion, with gaps between; all rows of a short one."""
-    windows, length = _WINDOWS, _WINDOW_SET_POINTS
-    if count <= windows * length:
+    length = _WINDOW_SET_POINTS
+    if count <= _WINDOWS * length:
         return slice(None), gaps
-    starts = np.linspace(0, count - length, windows).astype(int)
+    starts = np.linspace(0, count - length, _WINDOWS).astype(int)
     rows = (starts[:, None] + np.arange(length)).ravel()
     window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)}
-    window_gaps |= {k * length for k in range(1, windows)}
+    window_gaps |= {k * length for k in range(1, _WINDOWS)}
     return rows, sorted(window_gaps - {0, len(rows)})
 
 
