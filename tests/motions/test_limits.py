@@ -79,7 +79,7 @@ def test_the_remedy_for_degrees_reads_the_motion(puma, tmp_path, warned):
     gd.write_trajectory(sound, tmp_path / "sound.csv")
     header = (tmp_path / "sound.csv").read_text().splitlines()[0]
     for factor, advised in (
-        (1.0, "says that they are: --map q=:deg"),
+        (1.0, "if they are: --map q=:deg"),
         (math.degrees(1.0), "if they are: --map q=:deg --map qd=:deg --map qdd=:deg"),
     ):
         q, others = np.degrees(sound.q), factor * np.hstack([sound.qd, sound.qdd])

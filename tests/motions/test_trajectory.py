@@ -183,6 +183,10 @@ SLIPS: dict[str, tuple[dict[str, object], str]] = {
     "time in us": ({"time": T * 1e6}, "give --map time=:us"),
     "velocities in degrees": ({"qd": np.degrees(SQD), "qdd": np.degrees(SQDD)}, "--map qd=:deg"),
     "angles in degrees": ({"q": np.degrees(SQ)}, "--map q=:deg"),
+    "angles in degrees, time in ms": (
+        {"q": np.degrees(SQ), "time": T * 1e3},
+        "17.5 times the derivative of q, as if q were in deg and time were in ms",
+    ),
     "no velocities": ({"qd": 0 * SQD}, "qd of joints 1 and 2 is 0 throughout"),
     "no accelerations": ({"qdd": 0 * SQDD}, "qdd of joints 1 and 2 is 0 throughout"),
     "other sign": ({"qd": -SQD}, "with the other sign"),

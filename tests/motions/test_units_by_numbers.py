@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import gd_analyze as gd
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_derivatives
+from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_factors, usual_reach
+from gd_analyze.motions.velocities import derivative_factors
 from log_arms import arm_of
 from remedies import remedies, typed
 from strategies import examples
@@ -115,8 +116,8 @@ def test_a_count_of_samples_is_asked_for_with_the_rate_that_velocities_tell(log)
 def test_a_few_corrupt_rows_do_not_make_degrees():
     q = Q.copy()
     q[::40] = 50.0
-    assert joint_in_degrees(q, ARM) is None
-    assert joint_in_degrees(np.degrees(Q), ARM) == 0
+    assert joint_in_degrees(ARM, usual_reach(q)) is None
+    assert joint_in_degrees(ARM, usual_reach(np.degrees(Q))) == 0
 
 
 @examples(40)
@@ -126,12 +127,13 @@ def test_a_few_corrupt_rows_do_not_make_degrees():
     st.floats(0.93, 1.07),
     st.integers(0, 1000),
 )
-def test_units_of_derivatives(second, in_degrees, miss, seed):
+def test_units_of_factors(second, in_degrees, miss, seed):
     """Velocities that miss the derivative by up to a fourteenth, with noise, still tell the units."""
     noise = 1e-3 * np.random.default_rng(seed).normal(size=Q.shape)
     q, qd = Q + noise, miss * (QD + 10 * noise)
     q = np.degrees(q) if in_degrees == "q" else q
     qd = np.degrees(qd) if in_degrees == "qd" else qd
-    found = units_of_derivatives(TIME / second, q, qd, ARM, unstated={"q", "qd"}, time=True)
+    factors, _ = derivative_factors(TIME / second, q, qd)
+    found = units_of_factors(factors, unstated={"q", "qd", "time"})
     unit = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns"}[second]
     assert found == {"time": unit} | ({in_degrees: "deg"} if in_degrees else {})

@@ -46,7 +46,7 @@ from gd_analyze.diagnosis.of_torques import (
     TorqueScale,
     TorqueSign,
 )
-from gd_analyze.motions.limits import doubtful_joints
+from gd_analyze.motions.units_by_numbers import out_of_reach
 
 # Every kind of cause; a new one is one more entry. Of causes that no log tells apart, the first here is the
 # first that is told.
@@ -140,7 +140,7 @@ def is_claimable(cause: Candidate, problem: Problem) -> bool:
 def doubtful_positions(problem: Problem) -> list[int]:
     """Joints, from 0, whose corrected positions are beyond what such joints reach: units come first."""
     q, *_ = problem.correction.states(problem.samples)
-    return doubtful_joints(problem.arm, q.min(axis=0), q.max(axis=0)) if len(q) else []
+    return np.flatnonzero(out_of_reach(problem.arm, np.abs(q).max(axis=0, initial=0.0))).tolist()
 
 
 def is_unexplained(fit: FileFit) -> bool:

@@ -14,7 +14,7 @@ from gd_analyze.motions.log import Log
 from gd_analyze.motions.measured import directions
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Trajectory, Whole
-from gd_analyze.motions.velocities import velocity_factors
+from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number, percent
 
@@ -258,7 +258,8 @@ def _of_velocities(log: Trajectory) -> Iterator[Fault]:
     if recording is None or recording.qd is None:
         return
     largest = _DISAGREEING_FACTOR
-    for i, factor in enumerate(velocity_factors(log.time, recording.q, recording.qd, log.gaps).tolist()):
+    factors, _ = derivative_factors(log.time, recording.q, recording.qd, log.gaps)
+    for i, factor in enumerate(factors.tolist()):
         if np.isfinite(factor) and not 1.0 / largest < factor < largest:
             yield Fault(
                 VELOCITIES,

@@ -21,7 +21,7 @@ from gd_analyze.diagnosis.remedies import (
 )
 from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.motions.velocities import velocity_factors
+from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 from gd_analyze.units import UNITS
@@ -309,7 +309,7 @@ class TimeUnit(Hypothesis):
         for log in problem.samples.logs:
             recording = log.recording
             if recording is not None and recording.qd is not None:
-                factors.append(velocity_factors(log.time, recording.q, recording.qd, log.gaps))
+                factors.append(derivative_factors(log.time, recording.q, recording.qd, log.gaps)[0])
         known_factors = np.concatenate(factors) if factors else np.zeros(0)
         known_factors = known_factors[np.isfinite(known_factors) & (known_factors > 0.0)]
         if len(known_factors) < self._FEWEST_JOINTS:

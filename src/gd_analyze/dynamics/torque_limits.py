@@ -9,8 +9,9 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, warn_caller
-from gd_analyze.motions.limits import MANY_TURNS, ROUNDING, joint_label
+from gd_analyze.motions.limits import ROUNDING, joint_label
 from gd_analyze.motions.states import States, states_in_box
+from gd_analyze.motions.units_by_numbers import out_of_reach
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 
@@ -45,14 +46,15 @@ def warn_of_weight(arm: RobotArm) -> None:
 def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, factor: float) -> str:
     """Cause to check first: the arm at rest, then units of angle and time, then noise."""
     q, qd, qdd = states.arrays
-    turning = np.abs(q[:, np.array(arm.is_revolute)]).max(initial=0.0)
+    doubtful = np.array(arm.is_revolute) & out_of_reach(arm, np.abs(q).max(axis=0))
     rated = arm.limits("velocity_limit")
     is_rated = np.isfinite(rated) & (rated > 0.0)
     speed = (np.abs(qd).max(axis=0)[is_rated] / rated[is_rated]).max(initial=0.0)
     still = np.zeros_like(q)
     at_rest = np.abs(torque_of(arm, States(q, still, still))[:, joint]).max() / limit
-    if turning > MANY_TURNS:
-        return f"positions reach {turning:.4g} rad: are they degrees, encoder counts or motor angles?"
+    if doubtful.any():
+        reach = np.abs(q[:, doubtful]).max()
+        return f"positions reach {reach:.4g} rad: are they degrees, encoder counts or motor angles?"
     if at_rest > 1.0:
         return f"at rest {number(at_rest)} times: check masses, gravity, payload and the limit"
     if speed > 2.0:

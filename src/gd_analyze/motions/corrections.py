@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import TrajectoryError, UsageError
+from gd_analyze.errors import UsageError
 from gd_analyze.motions.correction import Correction, inverse
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, in_python, number_in
 from gd_analyze.units import UNITS, Quantity, joint_units
 
-_COUPLED = re.compile(r"q(\d{1,4})=(.+)")
 _TERM = re.compile(r"([+-]?)(?:(\d+\.?\d*|\.\d+)\*)?q(\d{1,4})")
+_COUPLED = re.compile(rf"q(\d{{1,4}})=({_TERM.pattern}(?:(?=[+-]){_TERM.pattern})*)")
 # A torque that lags more is another motion's.
 LONGEST_LAG_SECONDS = 10.0
 # Condition number beyond which coupled joints cannot be told apart any more; of counts of an encoder, and of
@@ -93,32 +93,23 @@ class Corrections:
         Raises
         ------
         UsageError
-            If a correction does not fit the arm.
-        TrajectoryError
-            If the torque constants do not.
+            If a correction, or the torque constants, do not fit the arm.
         """
         n = arm.n_joints
         correction = Correction.none(n)
         if torque_constant:
             if len(torque_constant) != n:
-                raise TrajectoryError(
-                    "the torque constants do not fit the arm",
-                    where="--torque-constant",
-                    expected=f"{n} numbers, N m/A (N/A)",
-                    found=str(len(torque_constant)),
-                    next_step="give one for every joint, with commas",
-                )
+                message, expected = "the torque constants do not fit the arm", f"{n} numbers, N m/A (N/A)"
+                step, count = "give one for every joint, with commas", str(len(torque_constant))
+                raise _unusable(message, "--torque-constant", expected, count, step)
             correction = correction.with_torque(np.diag(np.array(torque_constant, dtype=float)))
         for word in self.couple:
             correction = correction.with_joints(_coupling(word, arm))
         if not np.linalg.cond(correction.position) < _LARGEST_CONDITION:
-            raise UsageError(
-                "these sums couple joints so that one variable follows from the others",
-                where="--couple",
-                expected="sums of which the variables as logged can be found again",
-                found=", ".join(self.couple),
-                next_step="check the factors; a single joint needs one sum: --couple q3=q3-q2",
-            )
+            message = "these sums couple joints so that one variable follows from the others"
+            expected = "sums of which the variables as logged can be found again"
+            step = "check the factors; a single joint needs one sum: --couple q3=q3-q2"
+            raise _unusable(message, "--couple", expected, ", ".join(self.couple), step)
         correction = correction.with_joints(_for_joints(self.position_sign, "--position-sign", n))
         correction = correction.with_torque(_for_joints(self.torque_sign, "--torque-sign", n))
         for word, quantity in self.offset:
@@ -129,12 +120,10 @@ class Corrections:
     def require_torques(self) -> None:
         """Refuse what concerns the torques of a log that has none."""
         if self.torque_sign or self.lag:
-            raise UsageError(
-                "the log has no torques to correct",
-                where="--lag" if self.lag else "--torque-sign",
-                expected="a log with columns of torque, or currents with --torque-constant",
-                next_step="name them with --map 'torque=NAME*', or omit the option",
-            )
+            option = "--lag" if self.lag else "--torque-sign"
+            expected = "a log with columns of torque, or currents with --torque-constant"
+            step = "name them with --map 'torque=NAME*', or omit the option"
+            raise _unusable("the log has no torques to correct", option, expected, None, step)
 
 
 def typed(correction: Correction, revolute: Sequence[bool]) -> dict[str, str | list[str]]:
@@ -238,38 +227,27 @@ def _quantity(value: float, small: str) -> str:
 def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
     values: list[Any] = [number_in(word) for word in signs.split(",")] if isinstance(signs, str) else [*signs]
     if any(value not in (1.0, -1.0) for value in values):
-        raise UsageError(
-            "these are not signs",
-            where=option,
-            expected="1 or -1 per joint, with commas, or one for all",
-            found=in_python(signs),
-            next_step=f"{option} -1 reverses all joints, {option} 1,-1,1 the second of three",
-        )
+        expected = "1 or -1 per joint, with commas, or one for all"
+        step = f"{option} -1 reverses all joints, {option} 1,-1,1 the second of three"
+        raise _unusable("these are not signs", option, expected, in_python(signs), step)
     return tuple(float(value) for value in values)
 
 
 def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
     if len(values) not in (0, 1, n):
-        raise UsageError(
-            "the signs do not fit the arm",
-            where=option,
-            expected=f"{n} signs, or one for all",
-            found=str(len(values)),
-            next_step=f"{option} {','.join(['-1', *['1'] * (n - 1)])} reverses the first joint",
-        )
-    return np.diag(np.ones(n) if not values else values if len(values) == n else values * n)
+        expected = f"{n} signs, or one for all"
+        step = f"{option} {','.join(['-1', *['1'] * (n - 1)])} reverses the first joint"
+        raise _unusable("the signs do not fit the arm", option, expected, str(len(values)), step)
+    return np.diag(np.broadcast_to(values or 1.0, n))
 
 
 def _offset(joint: str, value: object) -> tuple[str, Quantity]:
     quantity = Quantity.read(value)
     if not joint or quantity is None or quantity.kind not in ("", "angle", "length"):
-        raise UsageError(
-            "no joint with an offset",
-            where="--offset",
-            expected="a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm",
-            found=in_python(f"{joint}={value}" if joint else value),
-            next_step="--offset 3=90deg adds 90 degrees to the positions of joint 3",
-        )
+        expected = "a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm"
+        word = in_python(f"{joint}={value}" if joint else value)
+        step = "--offset 3=90deg adds 90 degrees to the positions of joint 3"
+        raise _unusable("no joint with an offset", "--offset", expected, word, step)
     return joint, quantity
 
 
@@ -281,13 +259,8 @@ def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
         step = f"--offset {word}={quantity.si:g}{unit} if it is in {unit}"
         if quantity.kind:
             step = f"check the joint's number; of this one: --offset {word}=5{unit}"
-        raise UsageError(
-            f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}",
-            where="--offset",
-            expected=joint_units(revolute),
-            found=f"{word}={quantity}",
-            next_step=step,
-        )
+        message = f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}"
+        raise _unusable(message, "--offset", joint_units(revolute), f"{word}={quantity}", step)
     return value
 
 
@@ -295,13 +268,9 @@ def _lag(lag: str | float) -> float:
     # A text needs a unit: a number alone could be rows of the log.
     quantity = Quantity.parse(lag) if isinstance(lag, str) else Quantity(float(lag), "time")
     if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= LONGEST_LAG_SECONDS:
-        raise UsageError(
-            "this is no lag",
-            where="--lag",
-            expected=f"up to {LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s",
-            found=in_python(lag),
-            next_step="--lag 4ms if torques are 4 ms late, --lag -4ms if they are early",
-        )
+        expected = f"up to {LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s"
+        step = "--lag 4ms if torques are 4 ms late, --lag -4ms if they are early"
+        raise _unusable("this is no lag", "--lag", expected, in_python(lag), step)
     return quantity.si
 
 
@@ -309,38 +278,31 @@ def _joint(word: str, arm: RobotArm) -> int:
     """Place of a joint, from 0, by its name or number from 1."""
     number = arm.joint_number(word)
     if number is None:
-        names = [joint.name for joint in arm.joints]
-        raise UsageError(
-            f"there is no joint {word!r}",
-            where="--offset",
-            expected=f"a number of 1 to {len(names)}, or a name: {', '.join(names)}",
-            found=in_python(word),
-            next_step=f"--offset {len(names)}=0.1 is of the last joint",
-        )
+        n, names = arm.n_joints, ", ".join(joint.name for joint in arm.joints)
+        expected, step = f"a number of 1 to {n}, or a name: {names}", f"--offset {n}=0.1 is of the last joint"
+        raise _unusable(f"there is no joint {word!r}", "--offset", expected, in_python(word), step)
     return number
 
 
 def _coupling(word: str, arm: RobotArm) -> FloatArray:
     """Matrix of a joint's variable as a sum."""
     n, match = arm.n_joints, _COUPLED.fullmatch(re.sub(r"\s", "", word))
-    terms = list(_TERM.finditer(match[2])) if match else []
-    matrix = np.eye(n)
-    readable = match is not None and terms and "".join(term[0] for term in terms) == match[2]
-    signed = readable and all(term[1] for term in terms[1:])
-    joints = [int(term[3]) for term in terms] + ([int(match[1])] if match else [])
-    if signed and match is not None and all(1 <= joint <= n for joint in joints):
-        row = np.zeros(n)
-        for term in terms:
-            row[int(term[3]) - 1] += float(term[2] or 1.0) * (-1.0 if term[1] == "-" else 1.0)
-        matrix[int(match[1]) - 1] = row
-        if row[int(match[1]) - 1] != 0.0 and (np.abs(row) <= LARGEST).all():
-            return matrix
-    raise UsageError(
-        "this does not couple joints",
-        where="--couple",
-        expected=f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2",
-        found=in_python(word),
-        next_step=f"--couple q{n}=q{n}-q{max(n - 1, 1)} if joint {n} is logged with joint {max(n - 1, 1)}"
-        if n > 1
-        else "omit --couple: the arm has one joint",
-    )
+    if match is not None:
+        joint, matrix = int(match[1]), np.eye(n)
+        terms = [(int(term[3]), float(f"{term[1]}{term[2] or 1}")) for term in _TERM.finditer(match[2])]
+        if all(1 <= number <= n for number in (joint, *(number for number, _ in terms))):
+            row = matrix[joint - 1]
+            row[:] = 0.0
+            for number, factor in terms:
+                row[number - 1] += factor
+            if row[joint - 1] != 0.0 and (np.abs(row) <= LARGEST).all():
+                return matrix
+    expected = f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2"
+    step = f"--couple q{n}=q{n}-q{n - 1} if joint {n} is logged with joint {n - 1}"
+    if n == 1:
+        step = "omit --couple: the arm has one joint"
+    raise _unusable("this does not couple joints", "--couple", expected, in_python(word), step)
+
+
+def _unusable(message: str, option: str, expected: str, found: str | None, next_step: str) -> UsageError:
+    return UsageError(message, where=option, expected=expected, found=found, next_step=next_step)

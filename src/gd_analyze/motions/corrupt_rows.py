@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray, runs
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.sampling import EQUAL_STAMP_STEP_SHARE, MISSING_READING_STEPS, longest_step
+from gd_analyze.motions.sampling import (
+    EQUAL_STAMP_STEP_SHARE,
+    MISSING_READING_STEPS,
+    longest_step,
+    usual_step,
+)
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
@@ -24,16 +29,17 @@ _MOST_LISTED_LINES = 20
 _MOST_STRAY_ROWS = 3
 
 
-def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, str]:
+def jumping_rows(
+    time: FloatArray, q: FloatArray, arm: RobotArm, table: LogTable
+) -> dict[int, TrajectoryError]:
     """Rows, from 0, whose instant or position jumps away and returns, with what is wrong; q has shape (N, n).
 
     A row that comes late is not among them: its stamp fills a hole between the others.
     """
     rows = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[rows])
-    if len(rows) <= 2 * _MOST_STRAY_ROWS or not (steps > 0).any():
+    step = usual_step(time[rows])
+    if len(rows) <= 2 * _MOST_STRAY_ROWS or not step:
         return {}
-    step = float(np.median(steps[steps > 0]))
     gap = longest_step(step)
     strays = _stray_stamps(time[rows], q[rows], step, gap)
     faults = {int(rows[k]): f"its stamp jumps to {time[rows[k]]:.10g} s and back" for k in strays}
@@ -44,7 +50,9 @@ def jumping_rows(time: FloatArray, q: FloatArray, arm: RobotArm) -> dict[int, st
         for k in _stray_positions(time[finite], x, gap, joint.kind == "revolute"):
             fault = f"q of {joint.name} jumps to {number(float(x[k]))} {joint.unit} and back"
             faults.setdefault(int(finite[k]), fault)
-    return faults
+    message = "the row does not fit those around it"
+    expected = "instants and positions near those of the rows before and after"
+    return {row: refusal(message, table.where(row), expected, fault) for row, fault in faults.items()}
 
 
 def _stray_stamps(time: FloatArray, q: FloatArray, step: float, gap: float) -> list[int]:
@@ -121,43 +129,32 @@ def _stray_positions(time: FloatArray, x: FloatArray, gap: float, revolute: bool
 
 
 def require_sound(
-    wrong: Mapping[int, TrajectoryError],
-    jumping: Mapping[int, str],
-    count: int,
-    table: LogTable,
-    name: str,
-    drop: bool,
+    faults: Mapping[int, TrajectoryError], count: int, table: LogTable, name: str, drop: bool
 ) -> None:
-    """Refuse corrupt rows among `count`, all named; or warn that they are left out if they are to be dropped.
-
-    `wrong` says why cells cannot be read, `jumping` what jumps away, by row from 0.
-    """
-    if len(wrong) == count:
-        error = wrong[min(wrong)]
-        expected, step = error.details.get("expected", ""), "choose other columns with --map, or record anew"
-        facts = [error.details.get("found", ""), f"none of {count} rows can be read"]
-        raise refusal(error.what, error.details["where"], expected, facts, step)
-    rows = sorted({*wrong, *jumping})
-    if not rows:
+    """Refuse corrupt rows, from 0, among `count`, all named; or warn that they are left out if told to."""
+    if not faults:
         return
+    rows = sorted(faults)
+    error, several = faults[rows[0]], len(rows) > 1
+    message, details = error.what, error.details
+    expected, facts = details.get("expected", ""), [details.get("found", "")]
+    if len(rows) == count:
+        step, facts = (
+            "choose other columns with --map, or record anew",
+            [*facts, f"none of {count} rows can be read"],
+        )
+        raise refusal(message, details["where"], expected, facts, step)
     lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED_LINES + 1]), len(rows))
-    first = rows[0]
     if drop:
-        omission = f"{len(rows)} corrupt row{'s' if len(rows) > 1 else ''} left out"
+        omission = f"{len(rows)} corrupt row{'s' if several else ''} left out"
         warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
         return
-    remedy = f"--drop-rows leaves {'them' if len(rows) > 1 else 'the row'} out"
-    if first not in wrong:
-        message = f"{len(rows)} rows are corrupt" if len(rows) > 1 else "a row is corrupt"
-        expected = "instants and positions near those of the rows before and after"
-        facts = [jumping[first], *([lines] if len(rows) > 1 else [])]
-        raise refusal(message, table.where(first), expected, facts, remedy)
-    error = wrong[first]
-    details = error.details
-    message = f"{len(rows)} rows are corrupt; in the first, {error.what}" if len(rows) > 1 else error.what
-    facts = [details.get("found", ""), *([lines] if len(rows) > 1 else [])]
-    step = "; ".join(filter(None, (details.get("next"), remedy)))
-    raise refusal(message, details["where"], details.get("expected", ""), facts, step)
+    step = "; ".join(
+        filter(None, (details.get("next"), f"--drop-rows leaves {'them' if several else 'the row'} out"))
+    )
+    if several:
+        message, facts = f"{len(rows)} rows are corrupt; in the first, {message}", [*facts, lines]
+    raise refusal(message, details["where"], expected, facts, step)
 
 
 def _listed_lines(lines: Sequence[int], count: int) -> str:

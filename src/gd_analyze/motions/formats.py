@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
 from gd_analyze.motions.arrays_and_lists import (
@@ -26,7 +25,8 @@ from gd_analyze.motions.reading import Reading, refusal
 from gd_analyze.motions.ros import echoed_names, read_bag
 from gd_analyze.motions.table import LogTable, ParquetTable
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
-from gd_analyze.motions.velocities import contradictions
+from gd_analyze.motions.units_by_numbers import rate_of_factors
+from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import in_python, visible
 
@@ -203,14 +203,10 @@ def _derivatives(table: LogTable, has_time: bool, begins: Sequence[int], joints:
     blocks = np.split(numbers[:, has_time:], len(begins), axis=1)
     roles = ["q"]
     for role, previous, values in zip(_DERIVATIVES[1:], blocks, blocks[1:], strict=False):
-        time = numbers[:, 0] if has_time else _instants(blocks[0], blocks[1])
-        if contradictions(time, previous, values, None):
+        time = numbers[:, 0] if has_time else np.arange(float(len(numbers)))
+        factors, contradicts = derivative_factors(time, previous, values)
+        # Without instants the factor is the rate of the samples.
+        if contradicts.any() and (has_time or not rate_of_factors(factors[np.isfinite(factors)])):
             break
         roles.append(role)
     return roles
-
-
-def _instants(q: FloatArray, qd: FloatArray) -> FloatArray:
-    """Instants of even steps with which velocities cover the distance that positions do."""
-    distance, speed = (float(np.abs(x).sum()) for x in (np.diff(q, axis=0), qd[1:]))
-    return np.arange(float(len(q))) * (distance / speed if speed > 0.0 else 1.0)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,14 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.mapping import ColumnMap, map_option
 from gd_analyze.motions.names import ColumnName
 from gd_analyze.motions.reading import refusal
+from gd_analyze.motions.sampling import usual_step
 from gd_analyze.motions.table import LogTable, Stamps
+from gd_analyze.motions.units_by_numbers import (
+    LONGEST_USUAL_STEP,
+    rate_of_factors,
+    units_of_factors,
+    usual_unit,
+)
 from gd_analyze.text import in_python
 from gd_analyze.units import TIME_UNITS
 
@@ -29,14 +35,10 @@ _LATEST_DATE_SECONDS = 4.2e9
 # thousand times smaller would have steps below 0.1 ms; and of dates with fractions, which uptimes lack.
 _LONGEST_DATE_STEP_SECONDS = 0.1
 _LONGEST_FRACTIONAL_STEP_SECONDS = 0.5
-# Up to this step numbers without a unit are seconds; longer steps may be set points in s, or readings in ms,
-# us or ns.
-_LONGEST_STEP_IN_SECONDS = 0.5
-# Shorter steps are in another unit, such as days, or velocities in one a thousand times smaller say so.
+# Without a unit, numbers are seconds up to the longest step of most logs: longer ones may be set points in s
+# or readings in ms, us or ns. Shorter steps than this are in another unit, such as days, or velocities in one
+# a thousand times smaller say so.
 _SHORTEST_STEP_SECONDS = 2e-5
-# Steps of robots' logs, 10 kHz to 1 Hz, by which a unit is suggested.
-_SHORTEST_LIKELY_STEP_SECONDS = 1e-4
-_LONGEST_LIKELY_STEP_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
@@ -129,15 +131,19 @@ class _Clock:
     where: Location
 
     @property
+    def finite(self) -> FloatArray:
+        """Those of rows that have one."""
+        return self.values[np.isfinite(self.values)]
+
+    @property
     def is_whole(self) -> bool:
         """Whether all are whole numbers."""
-        finite = self.values[np.isfinite(self.values)]
-        return bool((finite == np.round(finite)).all())
+        return bool((self.finite == np.round(self.finite)).all())
 
-    def step(self, statistic: Callable[[FloatArray], Any] = np.median) -> float:
-        """Median, or another statistic, of the positive steps; 0 if there are none."""
-        steps = np.diff(self.values[np.isfinite(self.values)])
-        return float(statistic(steps[steps > 0])) if (steps > 0).any() else 0.0
+    @property
+    def step(self) -> float:
+        """Median of the positive steps; 0 if there are none."""
+        return usual_step(self.finite)
 
     @property
     def date_unit(self) -> str:
@@ -145,7 +151,7 @@ class _Clock:
         for unit, size in TIME_UNITS.items():
             if _EARLIEST_DATE_SECONDS <= abs(self.first) * size <= _LATEST_DATE_SECONDS:
                 longest = _LONGEST_DATE_STEP_SECONDS if self.is_whole else _LONGEST_FRACTIONAL_STEP_SECONDS
-                return unit if self.step() * size <= longest else ""
+                return unit if self.step * size <= longest else ""
         return ""
 
 
@@ -154,17 +160,18 @@ def in_seconds(
     chosen: TimeColumns,
     rate: float | None,
     place: tuple[str, Location],
-    unit_by_numbers: Callable[[FloatArray], Mapping[str, str] | None],
-) -> tuple[FloatArray, str, str]:
-    """Time in s from the first instant, its unit in the log, and the reason for that unit; or refuse.
+    factors_of: Callable[[FloatArray], FloatArray],
+    unstated: Collection[str],
+) -> tuple[FloatArray, tuple[str, str]]:
+    """Time in s from the first instant, and its unit in the log with the reason for it; or refuse.
 
-    `unit_by_numbers` finds the unit with which velocities are the derivative of positions, given the instants
-    in it: "time" and "rate" of what it returns, where they say it.
+    `factors_of` gives the factors by which velocities are too large with instants read in s; `unstated` are
+    the roles whose angles may be in degrees.
     """
     if len(stamps) == 2 and rate is None:
         seconds, nano = stamps
         values = seconds.offsets + 1e-9 * (nano.offsets + nano.base)
-        return values - _first(values), "s", chosen.why
+        return values - _first(values), ("s", chosen.why)
     stamp = stamps[0]
     first = _first(stamp.offsets)
     clock = _Clock(stamp.offsets - first, stamp.base + first, *place)
@@ -177,22 +184,21 @@ def in_seconds(
     if rate is not None:
         return _at_rate(clock, unit, rate)
     if unit in TIME_UNITS:
-        return clock.values * TIME_UNITS[unit], unit, why
-    step, by_numbers = clock.step(), unit_by_numbers(clock.values) or {}
-    unit_found = by_numbers.get("time", "")
-    if unit_found and step * TIME_UNITS[unit_found] < _SHORTEST_STEP_SECONDS:
-        unit_found = ""
-    if unit_found and (unit_found != "s" or step > _LONGEST_STEP_IN_SECONDS):
-        return clock.values * TIME_UNITS[unit_found], unit_found, BY_VELOCITIES
-    if unit == SAMPLE or (clock.is_whole and step == 1.0):
-        raise _counts(clock, by_numbers.get("rate", ""))
-    if step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= _LONGEST_STEP_IN_SECONDS:
-        return clock.values, "s", "no unit stated"
-    raise _unknown_unit(clock)
+        return clock.values * TIME_UNITS[unit], (unit, why)
+    step, factors = clock.step, factors_of(clock.values)
+    by_velocities = units_of_factors(factors, unstated={"time", *unstated}) or {}
+    second = by_velocities.get("time", "s")
+    is_long_enough = step * TIME_UNITS[second] >= _SHORTEST_STEP_SECONDS
+    if by_velocities and is_long_enough and (second != "s" or step > LONGEST_USUAL_STEP):
+        return clock.values * TIME_UNITS[second], (second, BY_VELOCITIES)
+    counts = unit == SAMPLE or (clock.is_whole and step == 1.0)
+    if not counts and (step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP):
+        return clock.values, ("s", "no unit stated")
+    raise _unknown_unit(clock, counts, "" if by_velocities else rate_of_factors(factors))
 
 
-def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, str]:
-    least = clock.step(np.min)
+def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, tuple[str, str]]:
+    least = float(np.diff(np.unique(clock.finite)).min(initial=np.inf))
     if unit in TIME_UNITS or not clock.is_whole or (unit != SAMPLE and least > 1.0):
         message = f"{clock.name} does not count samples, so no rate applies to it"
         expected = "whole numbers in steps of 1, or a name such as sample"
@@ -203,28 +209,22 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, str, st
         )
         remedy = f"to count the rows in its place, give --map time={rate:g}Hz alone"
         raise refusal(message, clock.where, expected, content, remedy)
-    return clock.values / rate, SAMPLE, f"{rate:g} Hz as given"
+    return clock.values / rate, (SAMPLE, f"{rate:g} Hz as given")
 
 
-def _counts(clock: _Clock, rate: str) -> TrajectoryError:
-    message = f"{clock.name} counts samples, or its unit is unknown"
-    content = f"whole numbers in steps of {clock.step():g}"
-    option = f"time={clock.name}"
-    if rate:
+def _unknown_unit(clock: _Clock, counts: bool, rate: str) -> TrajectoryError:
+    """Refusal of a unit that neither name nor numbers say; `rate` is that of the samples it may count."""
+    option, content = f"time={clock.name}", f"steps of {clock.step:g}, {len(clock.values)} rows"
+    if counts and rate:
         content += f"; positions against velocities say about {rate}"
         remedy = f"{map_option(f'{option}:{rate}')} if it counts samples"
-    else:
+    elif counts:
         remedy = f"{map_option(f'{option}:RATEHz')} if it counts samples, "
         remedy += f"{map_option(f'{option}:s')}, ms, us or ns otherwise"
-    return refusal(message, clock.where, "time in s, or the sample rate", content, remedy)
-
-
-def _unknown_unit(clock: _Clock) -> TrajectoryError:
-    shortest, longest = _SHORTEST_LIKELY_STEP_SECONDS, _LONGEST_LIKELY_STEP_SECONDS
-    step = clock.step()
-    likely = next((unit for unit, size in TIME_UNITS.items() if shortest <= step * size < longest), "s")
-    expected, content = "time in s, or a name such as time_ms", f"steps of {step:g}, {len(clock.values)} rows"
-    remedy = f"{map_option(f'time={clock.name}:{likely}')} if these are readings, or another of s, ms, us, ns"
+    else:
+        remedy = f"{map_option(f'{option}:{usual_unit(clock.step)}')} if these are readings, "
+        remedy += "or another of s, ms, us, ns"
+    expected = "time in s, or a name such as time_ms"
     return refusal(f"the unit of {clock.name} is unknown", clock.where, expected, content, remedy)
 
 

@@ -14,7 +14,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.motions.velocities import are_degrees, contradictions
+from gd_analyze.motions.units_by_numbers import look_like_degrees, options_of, slow_motion
+from gd_analyze.motions.velocities import contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Joint
 from gd_analyze.text import percent
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 # Limits are nominal numbers of a few digits; files print positions with ten or so. Exceeding a limit by less
 # than this, relative to it, is rounding and no violation.
 ROUNDING = 1e-9
-# Joints without limits may turn several times, but numbers beyond two turns are rarely radians.
-MANY_TURNS = 4 * math.pi
 
 LimitedQuantity = Literal["position", "velocity", "acceleration"]
 
@@ -162,23 +161,29 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
     """Refuse a trajectory with another number of joints; warn of exceeded limits and implausible numbers."""
     require_trajectory_joints(trajectory, arm)
     low, high = trajectory.extremes[0]
-    suspects = _degree_suspects(arm, low, high)
+    reach = np.maximum(-low, high)
+    suspects = np.flatnonzero(look_like_degrees(arm, reach)).tolist()
+    arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
+    mistakes = contradictions(*arrays, trajectory.gaps, trajectory.derived)
     messages = []
     if suspects:
         labels = ", ".join(joint_label(i + 1, arm.joints[i].name) for i in suspects)
-        largest = float(np.maximum(-low, high)[suspects].max())
+        largest = float(reach[suspects].max())
         reached = f"{labels} read as radians reach {largest:.4g} rad ({math.degrees(largest):.0f} deg)"
-        messages.append(f"{reached}, which looks like degrees; {_in_degrees(trajectory)}")
+        # What contradicts the positions is in another unit than they are.
+        given = [role for role in ("q", "qd", "qdd") if role not in trajectory.derived]
+        advice = options_of(dict.fromkeys(["q"] if mistakes else given, "deg"))
+        messages.append(f"{reached}, which looks like degrees; if they are: {advice}")
     messages += _exceeded_limits(trajectory, arm, suspects)
-    messages += _slow_velocities(trajectory, arm)
+    if "qd" in trajectory.derived:
+        speed = np.abs(trajectory.extremes[1]).max(axis=0)
+        messages += slow_motion(arm, trajectory.time, high - low, speed)
     recording = trajectory.recording
     if recording is not None and recording.measured:
         noise_span = _STILL_DEVIATIONS * recording.noise_q + ROUNDING
         if (high - low <= noise_span).all():
             messages.append("no joint moves by more than its noise: the arm stands still")
-    arrays = (trajectory.time, trajectory.q, trajectory.qd, trajectory.qdd)
-    messages += contradictions(*arrays, trajectory.gaps, trajectory.derived)
-    for message in messages:
+    for message in [*messages, *mistakes]:
         warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
 
 
@@ -205,48 +210,6 @@ def _exceeded_limits(trajectory: Trajectory, arm: RobotArm, suspects: Sequence[i
         yield message
 
 
-# Units of time, per s.
-_UNITS = {"ns": 1e9, "us": 1e6, "ms": 1e3}
-# Only joints that move by more than this, rad or m, show their velocities.
-_MOVING_SPAN = 0.1
-# Velocities up to this share of the limits are usual.
-_USUAL_VELOCITY_SHARE = 1.5
-# Steps of logs, 10 kHz to 10 Hz, by which a unit of time is suggested.
-_SHORTEST_STEP_SECONDS = 1e-4
-_LONGEST_STEP_SECONDS = 0.1
-
-
-def _slow_velocities(trajectory: Trajectory, arm: RobotArm) -> Iterator[str]:
-    """A message if velocities derived from instants would be usual in another unit of time."""
-    moving = np.ptp(trajectory.extremes[0], axis=0) > _MOVING_SPAN
-    limits = arm.limits("velocity_limit")[moving]
-    if "qd" not in trajectory.derived or not moving.any() or not ((limits > 0) & np.isfinite(limits)).all():
-        return
-    share = float((np.abs(trajectory.extremes[1]).max(axis=0)[moving] / limits).max())
-    period = float(np.median(np.diff(trajectory.time)))
-    usual_by_velocity, usual_by_step = [], []
-    for unit, per_second in _UNITS.items():
-        if 0.0 < per_second * share <= _USUAL_VELOCITY_SHARE:
-            usual_by_velocity.append(unit)
-        step = period / per_second
-        if _SHORTEST_STEP_SECONDS <= step <= _LONGEST_STEP_SECONDS:
-            usual_by_step.append(unit)
-    if usual_by_velocity:
-        # A controller's rate is better evidence than the arm's velocity limits.
-        unit = (usual_by_step or usual_by_velocity)[0]
-        slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
-        yield f"{slow}; if it is in {unit}: --map time=:{unit}"
-
-
-def _in_degrees(trajectory: Trajectory) -> str:
-    """How to read positions in degrees, and what was given with them."""
-    states = trajectory.time, trajectory.q, trajectory.qd, trajectory.gaps
-    if "qd" not in trajectory.derived and are_degrees(*states):
-        return "qd, in radians, says that they are: --map q=:deg"
-    roles = [role for role in ("q", "qd", "qdd") if role not in trajectory.derived]
-    return f"if they are: {' '.join(f'--map {role}=:deg' for role in roles)}"
-
-
 def require_trajectory_joints(trajectory: Trajectory, arm: RobotArm) -> None:
     """Raise a TrajectoryError if a trajectory has another number of joints."""
     if trajectory.n_joints != arm.n_joints:
@@ -254,43 +217,3 @@ def require_trajectory_joints(trajectory: Trajectory, arm: RobotArm) -> None:
         step = "choose the right arm; `gd-analyze arms` lists the built-in ones"
         expected, count = f"{arm.n_joints} joints", f"{trajectory.n_joints} joints"
         raise refusal(f"{where} is not for arm {arm.name}", where, expected, count, step)
-
-
-def warn_if_radians(name: str, degrees: FloatArray) -> None:
-    """Warn when angles that a file calls degrees, shape (N, k), look like radians.
-
-    Few motions stay within 3.15 degrees of zero in every joint; in radians, all within half a turn do.
-    """
-    reach = float(np.nanmax(np.abs(degrees), initial=0.0))
-    if reach <= 3.15 and bool((np.ptp(degrees, axis=0) > 0).any()):
-        looks = f"angles in degrees stay within {reach:.3g} of zero, which looks like radians"
-        message = f"trajectory {name}: {looks}; if they are, name the columns without the unit"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
-
-
-def doubtful_joints(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
-    """Joints (from 0) whose positions no such joint reaches: in another unit, or before the gears.
-
-    They are beyond limits, and several turns or ten times a travel away from zero, or look like degrees.
-    """
-    lower, upper = arm.limits("lower"), arm.limits("upper")
-    reach = np.maximum(np.abs(low), np.abs(high))
-    travel = np.maximum(np.abs(lower), np.abs(upper))
-    far = reach > np.where(arm.is_revolute, MANY_TURNS, 10.0 * travel)
-    outside = (low < lower) | (high > upper)
-    unlimited = ~np.isfinite(travel)
-    return sorted({*_degree_suspects(arm, low, high), *np.flatnonzero(far & (outside | unlimited)).tolist()})
-
-
-def _degree_suspects(arm: RobotArm, low: FloatArray, high: FloatArray) -> list[int]:
-    """Joints (from 0) whose angles exceed their limits, but not if read as degrees.
-
-    A joint without limits is suspect if it turns by more than two turns.
-    """
-    lower, upper = arm.limits("lower"), arm.limits("upper")
-    reach = np.maximum(np.abs(low), np.abs(high))
-    outside = (reach > 2 * math.pi) & ((low < lower) | (high > upper))
-    inside = (lower <= np.radians(low) + ROUNDING) & (np.radians(high) <= upper + ROUNDING)
-    limited = np.isfinite(lower) & np.isfinite(upper)
-    suspect = np.where(limited, outside & inside, reach > MANY_TURNS)
-    return np.flatnonzero(suspect & np.array(arm.is_revolute)).tolist()

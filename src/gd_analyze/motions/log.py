@@ -20,9 +20,16 @@ from gd_analyze.motions.instants import BY_VELOCITIES, SAMPLE, in_seconds
 from gd_analyze.motions.reading import ROLES, Reading, refusal
 from gd_analyze.motions.table import Columns, LogTable, Stamps
 from gd_analyze.motions.text import TextTable
-from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_derivatives, usual_reach
+from gd_analyze.motions.units_by_numbers import (
+    joint_in_degrees,
+    look_like_radians,
+    options_of,
+    units_of_factors,
+    usual_reach,
+)
+from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,15 +88,17 @@ def log_of(
     else:
         time, clock, degrees = _units_by_numbers(choice, arm, arrays, columns.stamps, table)
         _tell(name, clock, degrees)
-        arrays |= {role: _from_degrees(arrays[role], arm) for role in degrees if role in arrays}
-    jumping = jumping_rows(time, arrays["q"], arm) if choice.measured else {}
-    require_sound(columns.wrong, jumping, len(time), table, name, reading.drop_rows)
+        sizes = np.where(arm.is_revolute, UNITS["angle"]["deg"], 1.0)
+        arrays |= {role: _columns(arrays[role], range(arm.n_joints), sizes) for role in degrees}
+    faults = jumping_rows(time, arrays["q"], arm, table) if choice.measured else {}
+    faults |= columns.wrong
+    require_sound(faults, len(time), table, name, reading.drop_rows)
     # Rows of other topics and rows without an instant do not describe the motion.
     usable = np.isfinite(time) & np.isfinite(arrays["q"]).any(axis=1)
     if not usable.any():
         expected = "numbers in the columns of time and positions"
         raise refusal("no row has a time and a position", table.where(), expected, "empty cells")
-    corrupt = sorted({*columns.wrong, *jumping})
+    corrupt = sorted(faults)
     empty = np.delete(~usable, corrupt).sum()
     if empty:
         clock = clock[0], f"{clock[1]}; rows without time or positions, left out: {int(empty)}"
@@ -138,44 +147,48 @@ def _units_by_numbers(
     choice: Choice, arm: RobotArm, arrays: Mapping[str, FloatArray], stamps: Sequence[Stamps], table: LogTable
 ) -> tuple[FloatArray, tuple[str, str], dict[str, str]]:
     """Seconds of the rows; the unit of time, and why; and the roles in degrees that say no unit, and why."""
+    q, qd = arrays["q"], arrays.get("qd")
     stated = {use.role for _, use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
     unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
-    units: dict[str, str] | None = {}
-
-    def compared(instants: FloatArray, *, time: bool) -> dict[str, str] | None:
-        nonlocal units
-        if "qd" not in arrays:
-            return {}
-        q, qd = arrays["q"], arrays["qd"]
-        rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
-        if not rows.all():
-            instants, q, qd = instants[rows], q[rows], qd[rows]
-        units = units_of_derivatives(instants, q, qd, arm, unstated=unstated, time=time)
-        return units
-
+    # What looks like velocities in rad/s beside degrees is then a time in minutes.
+    unstated -= {"q"} if look_like_radians(usual_reach(q)) else set()
+    factors = partial(_velocity_factors, arm, q, qd)
     if choice.time is None:
         assert choice.rate is not None  # else a column of time is required
-        time = np.arange(float(len(arrays["q"]))) / choice.rate
+        time = np.arange(float(len(q))) / choice.rate
         clock = SAMPLE, f"rows at {choice.rate:g} Hz"
     else:
         column = choice.time.columns[0]
         place = table.label(column), table.where(None, column)
-        time, *clock_words = in_seconds(stamps, choice.time, choice.rate, place, partial(compared, time=True))
-        clock = clock_words[0], clock_words[1]
-    if clock[1] != BY_VELOCITIES:
-        compared(time, time=False)
-    degrees: dict[str, str] = dict.fromkeys({"q", "qd"} & {*(units or {})}, BY_VELOCITIES)
+        time, clock = in_seconds(stamps, choice.time, choice.rate, place, factors, unstated)
+    units = units_of_factors(factors(time), unstated=unstated)
+    degrees: dict[str, str] = {role: BY_VELOCITIES for role in ("q", "qd") if role in (units or {})}
     # Velocities that contradict the positions of some joints leave their unit open.
     is_open = "q" in unstated and not degrees and units is not None
-    joint = joint_in_degrees(arrays["q"], arm) if is_open else None
+    joint = joint_in_degrees(arm, usual_reach(q)) if is_open else None
     if joint is not None:
-        reach, end = float(usual_reach(arrays["q"])[joint]), arm.joints[joint].upper
+        reach, end = usual_reach(q)[joint], arm.joints[joint].upper
         limit = "without limits" if end is None else f"whose limit is {end:.3g} rad"
         degrees = {"q": f"{arm.joints[joint].name}, {limit}, reaches {reach:.3g}"}
         degrees |= {"qd": "as the positions"} if "qd" in unstated else {}
-    if "qdd" in unstated and "qd" in degrees:
-        degrees["qdd"] = "as the velocities"
+    degrees |= {"qdd": "as the velocities"} if "qdd" in unstated and "qd" in degrees else {}
     return time, clock, degrees
+
+
+def _velocity_factors(
+    arm: RobotArm, q: FloatArray, qd: FloatArray | None, instants: FloatArray
+) -> FloatArray:
+    """Factors by which velocities of joints that move are too large; of those that turn, if any does."""
+    if qd is None:
+        return np.zeros(0)
+    rows = np.isfinite(instants) & np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
+    if not rows.all():
+        instants, q, qd = instants[rows], q[rows], qd[rows]
+    with np.errstate(over="ignore", invalid="ignore"):
+        factors, contradicts = derivative_factors(instants, q, qd)
+    turns = np.array(arm.is_revolute)
+    judged = (turns if turns.any() else ~turns) & (np.isfinite(factors) | contradicts)
+    return np.abs(factors[judged])
 
 
 _DEGREES = {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}
@@ -184,29 +197,22 @@ _DEGREES = {"q": "deg", "qd": "deg/s", "qdd": "deg/s^2"}
 def _tell(name: str, clock: tuple[str, str], degrees: Mapping[str, str]) -> None:
     """Warn of units that follow from the numbers alone, with the options that confirm them."""
     facts = [f"{role} in {_DEGREES[role]} ({reason})" for role, reason in degrees.items()]
-    options = [f"--map {role}=:deg" for role in degrees]
+    units = dict.fromkeys(degrees, "deg")
     if clock[1] == BY_VELOCITIES:
         facts.insert(0, f"time in {clock[0]} ({BY_VELOCITIES})")
-        options.insert(0, f"--map time=:{clock[0]}")
+        units = {"time": clock[0]} | units
     if facts:
         message = (
-            f"no unit is stated, and the numbers say {', '.join(facts)}: {' '.join(options)} confirms this"
+            f"no unit is stated, and the numbers say {', '.join(facts)}: {options_of(units)} confirms this"
         )
         warnings.warn(f"log {name}: {message}", GdAnalyzeWarning, stacklevel=4)
-
-
-def _from_degrees(values: FloatArray, arm: RobotArm) -> FloatArray:
-    """Numbers (N, n), those of joints that turn from degrees."""
-    values = values * np.where(arm.is_revolute, units_of("q", True)["deg"], 1.0)
-    values.flags.writeable = False
-    return values
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:
     """Take columns, each times its factor; columns side by side that need none are not copied."""
     if places and (factors == 1.0).all() and (np.diff(places) == 1).all():
         return numbers[:, places[0] : places[-1] + 1]
-    values = numbers[:, places] * factors
+    values = numbers[:, list(places)] * factors
     values.flags.writeable = False
     return values
 

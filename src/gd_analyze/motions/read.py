@@ -15,11 +15,12 @@ from gd_analyze.arguments import strict
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import log_source, log_table
-from gd_analyze.motions.limits import check_against_arm, warn_if_radians
+from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.log import Log, log_of
 from gd_analyze.motions.reading import Reading, Treatment, refusal
 from gd_analyze.motions.text import TextTable
 from gd_analyze.motions.trajectory import Trajectory, recorded_command
+from gd_analyze.motions.units_by_numbers import look_like_radians
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of, builtin_arms, load_arm
@@ -93,9 +94,12 @@ def motion_of(
         raise refusal(error.what, where, expected, content, step or None) from None
     names = [joint.name for joint in arm.joints]
     degrees = [names.index(use.joint) for use in logged.columns if use.role == "q" and use.unit == "deg"]
-    if degrees:
-        ends = trajectory.extremes[0][:, degrees] if trajectory.recording is None else logged.q[:, degrees]
-        warn_if_radians(trajectory.name, np.degrees(ends))
+    low, high = (np.degrees(extreme.reduce(logged.q)[degrees]) for extreme in (np.fmin, np.fmax))
+    reach = np.maximum(-low, high)
+    if look_like_radians(reach) and (high > low).any():
+        looks = f"angles in degrees stay within {reach.max():.3g} of zero, which looks like radians"
+        message = f"trajectory {trajectory.name}: {looks}; if they are, name the columns without the unit"
+        warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
     check_against_arm(trajectory, arm)
     return trajectory
 

@@ -51,6 +51,12 @@ def longest_step(step: float) -> float:
     return max(_GAP_STEPS * step, _GAP_SECONDS)
 
 
+def usual_step(time: FloatArray) -> float:
+    """Median of the positive steps between instants; 0 if there are none."""
+    steps = np.diff(time)
+    return float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+
+
 # A larger share of equal stamps is warned of.
 _WARNED_EQUAL_SHARE = 0.01
 # Times that start beyond this are dates.
@@ -69,10 +75,9 @@ def sampling_of(
     if len(rows) < len(time):
         notes.append(f"rows with empty cells, left out: {len(time) - len(rows)}")
     times = time[rows]
-    forward = np.diff(times)
-    if not (forward > 0).any():
+    step = usual_step(times)
+    if not step:
         raise _too_few(name, f"{len(rows)} at one instant" if len(rows) else "none", fewest)
-    step = float(np.median(forward[forward > 0]))
     gap = longest_step(step) if gap is None else max(gap, MISSING_READING_STEPS * step)
     rows, times = _in_order(rows, times, gap, notes)
     equal = EQUAL_STAMP_STEP_SHARE * step

@@ -62,7 +62,7 @@ class Recording:
 
 @dataclass(frozen=True, eq=False)
 class Treated:
-    """The numbers of a trajectory; see `Trajectory`."""
+    """Fields of a trajectory that follow from a log's numbers; see `Trajectory`."""
 
     time: FloatArray  # s, shape (N,)
     q: FloatArray  # rad (m), shape (N, n)
@@ -165,9 +165,7 @@ def _sources(sampled: Log, sampling: Sampling, treatment: Treatment) -> list[Sou
     sources = [Source.of(sampling, sampled.q, 2)]
     if sampled.qd is None or not treatment.use_velocities:
         return sources
-    # In the longest stretch, velocities are compared with changes of positions.
-    longest = max(sampling.stretches, key=lambda stretch: stretch.stop - stretch.start)
-    mistakes = contradictions(sampled.time[longest], sampled.q[longest], sampled.qd[longest], None)
+    mistakes = contradictions(sampled.time, sampled.q, sampled.qd, None, sampling.gaps)
     if mistakes:
         message = f"log {sampled.name}: {'; '.join(mistakes)}; the measured velocities are not used"
         warnings.warn(message, GdAnalyzeWarning, stacklevel=6)

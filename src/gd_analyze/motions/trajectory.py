@@ -244,17 +244,7 @@ class Trajectory:
             qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
             cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
         result = treated(logged, arm, treatment)
-        return cls(
-            time=result.time,
-            q=result.q,
-            qd=result.qd,
-            qdd=result.qdd,
-            name=logged.name,
-            origin=logged.origin,
-            derivatives_from=result.derivatives_from,
-            gaps=result.gaps,
-            recording=result.recording,
-        )
+        return cls(name=logged.name, origin=logged.origin, **vars(result))
 
     def __repr__(self) -> str:
         size = f"{counted(self.n_joints, 'joint')}, {counted(self.n_set_points, 'set point')}"

@@ -1,113 +1,122 @@
-"""Units that a log's numbers say: positions against integrated velocities, and what a joint can reach."""
+"""Units that numbers show: by velocities against positions, by what a joint can reach, and by steps of time.
+
+A log whose names state no unit is read in them; anything else is read as stated, and a warning says so.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Container
+from collections.abc import Container, Mapping
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
-from gd_analyze.motions.velocities import velocity_factors
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.motions.mapping import map_option
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.units import TIME_UNITS
+from gd_analyze.units import TIME_UNITS, UNITS
 
-_DEGREE = math.pi / 180.0
+_DEGREE = UNITS["angle"]["deg"]
 # Velocities of real arms, filtered or from a sensor of their own, miss the derivative by up to this share;
 # the factors told apart differ by 17 at least.
-_FACTOR_TOLERANCE = 0.1
-# Share of the farthest joint's travel below which a joint's velocities say nothing.
-_STILL_SHARE = 0.05
-# Degrees that stay as near to zero are radians, and the time is in minutes.
+FACTOR_TOLERANCE = 0.1
+# Rates of samples below which an estimate is none, and its digits.
+_LOWEST_RATE, _DIGITS_OF_RATE = 5.0, 3
+# Few motions in degrees stay as near to zero in every joint; in radians, all within half a turn do.
 _LEAST_DEGREES = 3.15
-# Joints nearer to zero, rad, say nothing of their unit; without limits more than a turn is out of reach.
+# Joints nearer to zero, rad, say nothing of their unit.
 _AWAY_FROM_ZERO = 0.1
-_ONE_TURN = 2.0 * math.pi
-# Rates of samples below which an estimate is none.
-_LOWEST_RATE = 5.0
-# Angles are in degrees where a joint reaches so many times the end of its range, or turns so often without
-# one, and every joint is within its range if they are.
-_BEYOND_RANGE = 3.0
-_MOST_TURNS = 4.0 * 2.0 * math.pi
+# Positions are doubtful where a joint that turns goes beyond its range and a turn, or without a range beyond
+# two, and a slide beyond ten times its range: all by more than a small share.
+_ONE_TURN, _TWO_TURNS, _MANY_TRAVELS = 2.0 * math.pi, 4.0 * math.pi, 10.0
 _RANGE_MARGIN = 1.05
+# A decision comes later than a warning: for degrees, a joint must go beyond so many times its range.
+_FAR_BEYOND = 3.0
 # Share of the rows that say how far a joint reaches, and the most rows that are looked at.
-_USUAL_SHARE = 0.95
-_MOST_ROWS = 10_000
-# Digits of a rate of samples that velocities tell.
-_DIGITS_OF_RATE = 3
+_USUAL_SHARE, _MOST_ROWS = 0.95, 10_000
+# Steps of most logs, s, 2 kHz to 2 Hz: any number is one in a single unit.
+_SHORTEST_USUAL_STEP, LONGEST_USUAL_STEP = 5e-4, 0.5
+# Velocities up to this share of the limits are usual; only joints that move farther, rad or m, show theirs.
+_USUAL_VELOCITY_SHARE = 1.5
+_MOVING_SPAN = 0.1
 
 
-def units_of_derivatives(
-    instants: FloatArray,
-    q: FloatArray,
-    qd: FloatArray,
-    arm: RobotArm,
-    *,
-    unstated: Container[str],
-    time: bool,
+def units_of_factors(
+    factors: FloatArray, x: str = "q", v: str = "qd", *, unstated: Container[str]
 ) -> dict[str, str] | None:
-    """Units with which velocities are the derivative of positions, of those that are not stated.
+    """Unit of "time", and "deg" for x or v if that alone is in degrees, with which v is the derivative of x.
 
-    Parameters
-    ----------
-    instants, q, qd
-        As logged, (N,) and (N, n): in SI units but for what is not stated.
-    arm
-        The arm.
-    unstated
-        Roles, "q" and "qd", whose angles may be in degrees.
-    time
-        Whether the unit of the instants is not stated.
-
-    Returns
-    -------
-    dict
-        "time", its unit; "q" or "qd", "deg" where one of them is in degrees and the other is not; or "rate",
-        about so many instants per second. Empty where no joint moves enough to tell; None where no unit makes
-        most joints agree.
+    `factors` are those by which v is too large, joint by joint, if all is read in SI units; `unstated` says
+    which of "time", x and v may be in another unit. Empty without factors; None where no unit makes most
+    joints agree.
     """
-    with np.errstate(over="ignore", invalid="ignore"):
-        factors = velocity_factors(instants, q, qd)
-    turns, travel = np.array(arm.is_revolute), np.ptp(q, axis=0) if len(q) else np.zeros(arm.n_joints)
-    moving = (turns if turns.any() else ~turns) & (travel > _STILL_SHARE * travel.max(initial=0.0))
-    factors = np.abs(factors[moving])
     if not len(factors):
         return {}
-    # Velocities are too large by the size of a position's unit over those of a velocity's and of the time's.
-    angles: list[tuple[dict[str, str], float]] = [({}, 1.0)]
-    angles += [({"q": "deg"}, _DEGREE)] if "q" in unstated else []
-    angles += [({"qd": "deg"}, 1.0 / _DEGREE)] if "qd" in unstated else []
-    for unit, second in TIME_UNITS.items() if time else [("s", 1.0)]:
-        for in_degrees, size in angles:
-            agree = np.abs(factors * second / size - 1.0) < _FACTOR_TOLERANCE
-            is_small = "q" in in_degrees and usual_reach(q).max() < _LEAST_DEGREES
-            if 2 * agree.sum() > len(factors) and not is_small:
-                return in_degrees | ({"time": unit} if time else {})
-    middle = float(np.median(factors))
-    if time and middle >= _LOWEST_RATE and (np.abs(factors / middle - 1.0) < _FACTOR_TOLERANCE).all():
-        return {"rate": f"{float(f'{middle:.{_DIGITS_OF_RATE}g}'):g}Hz"}
+    angles: list[dict[str, str]] = [{}, *({role: "deg"} for role in (x, v) if role in unstated)]
+    for second in TIME_UNITS if "time" in unstated else ["s"]:
+        for in_degrees in angles:
+            units = in_degrees | {"time": second}
+            agree = np.abs(factors / factor_of_units(units, v) - 1.0) < FACTOR_TOLERANCE
+            if 2 * agree.sum() > len(factors):
+                return units
     return None
 
 
-def joint_in_degrees(q: FloatArray, arm: RobotArm) -> int | None:
-    """Joint, from 0, that shows positions (N, n) of all that turn to be in degrees; None if none does.
+def factor_of_units(units: Mapping[str, str], v: str) -> float:
+    """Factor by which v is too large to be a derivative if what is in these units is read in SI units."""
+    factor = 1.0
+    for role, unit in units.items():
+        size = TIME_UNITS[unit] if role == "time" else UNITS["angle"][unit]
+        factor = factor * size if role not in ("time", v) else factor / size
+    return factor
 
-    Most joints away from zero are beyond their range, and within it if these are degrees, but not if these
-    are positions of motors in front of the file's gears.
+
+def rate_of_factors(factors: FloatArray) -> str:
+    """Rate of the samples that are counted in place of time, "250Hz", if all joints agree in one; or "" ."""
+    middle = float(np.median(factors)) if len(factors) else 0.0
+    agree = (np.abs(factors - middle) < FACTOR_TOLERANCE * middle).all()
+    return f"{float(f'{middle:.{_DIGITS_OF_RATE}g}'):g}Hz" if agree and middle >= _LOWEST_RATE else ""
+
+
+def options_of(units: Mapping[str, str]) -> str:
+    """Options that state units of roles."""
+    return " ".join(map_option(f"{role}=:{unit}") for role, unit in units.items())
+
+
+def out_of_reach(arm: RobotArm, reach: FloatArray) -> Array:
+    """Joints, (n,), that come no such distance from zero: in another unit, or before the gears."""
+    ends = _ends(arm)
+    most = np.where(arm.is_revolute, np.maximum(_ONE_TURN, ends), _MANY_TRAVELS * ends)
+    return np.asarray(reach > _RANGE_MARGIN * most)
+
+
+def look_like_degrees(arm: RobotArm, reach: FloatArray) -> Array:
+    """Joints that turn, (n,), whose distance from zero is out of reach, but not if it is in degrees."""
+    unlimited = ~np.isfinite(arm.limits("upper") - arm.limits("lower"))
+    within = unlimited | (_DEGREE * reach <= _RANGE_MARGIN * _ends(arm))
+    return np.asarray(arm.is_revolute) & within & out_of_reach(arm, reach)
+
+
+def joint_in_degrees(arm: RobotArm, reach: FloatArray) -> int | None:
+    """Joint, from 0, that shows positions of all that turn to be in degrees; None if none does.
+
+    A decision needs more than a doubt: most joints away from zero look like degrees, one by far, and all are
+    within their range if these are degrees, but not if these are positions of motors in front of the file's
+    gears.
     """
-    turns, reach = np.array(arm.is_revolute), usual_reach(q)
-    ends = np.maximum(np.abs(arm.limits("lower")), np.abs(arm.limits("upper")))
-    limited = np.isfinite(ends) & (ends > 0.0)
-    ends = np.where(limited, ends, _MOST_TURNS)
-    far = np.flatnonzero(turns & (reach > np.where(limited, _BEYOND_RANGE, 1.0) * ends))
-    away = turns & (reach > _AWAY_FROM_ZERO)
+    turns, ends, suspects = np.array(arm.is_revolute), _ends(arm), look_like_degrees(arm, reach)
+    far = suspects & (reach > _FAR_BEYOND * ends)
+    is_most = 2 * suspects.sum() > (turns & (reach > _AWAY_FROM_ZERO)).sum()
     ratios = np.array([abs(drive.gear_ratio) for drive in arm.drives] or [1.0] * arm.n_joints)
     in_degrees, of_motors = (
         (x <= _RANGE_MARGIN * ends)[turns].all() for x in (_DEGREE * reach, reach / ratios)
     )
-    out_of_reach = reach > np.where(limited, _RANGE_MARGIN * ends, _ONE_TURN)
-    is_most = 2 * (away & out_of_reach).sum() > away.sum()
-    return int(far[0]) if len(far) and is_most and in_degrees and not of_motors else None
+    return int(far.argmax()) if far.any() and is_most and in_degrees and not of_motors else None
+
+
+def _ends(arm: RobotArm) -> FloatArray:
+    """How far from zero each joint's range reaches, (n,); without one a joint may turn twice."""
+    ends = np.maximum(np.abs(arm.limits("lower")), np.abs(arm.limits("upper")))
+    return np.where(np.isinf(ends) & arm.is_revolute, _TWO_TURNS, ends)
 
 
 def usual_reach(q: FloatArray) -> FloatArray:
@@ -115,3 +124,31 @@ def usual_reach(q: FloatArray) -> FloatArray:
     rows = np.abs(q[:: max(len(q) // _MOST_ROWS, 1)])
     known = np.where(np.isfinite(rows), rows, 0.0)
     return np.quantile(known, _USUAL_SHARE, axis=0) if len(known) else np.zeros(q.shape[1])
+
+
+def look_like_radians(reach: FloatArray) -> bool:
+    """Whether no angle goes farther from zero than few motions in degrees do."""
+    return bool(reach.max(initial=0.0) <= _LEAST_DEGREES)
+
+
+def usual_unit(step: float) -> str:
+    """Unit of time in which a step is one of most logs; "s" if none is."""
+    usual = (u for u, size in TIME_UNITS.items() if _SHORTEST_USUAL_STEP <= step * size <= LONGEST_USUAL_STEP)
+    return next(usual, "s")
+
+
+def slow_motion(arm: RobotArm, time: FloatArray, travel: FloatArray, speed: FloatArray) -> list[str]:
+    """A warning if velocities, derived from instants, and steps would be usual in another unit of time.
+
+    `travel` and `speed` are the largest of each joint, (n,).
+    """
+    moving = travel > _MOVING_SPAN
+    limits = arm.limits("velocity_limit")[moving]
+    unit = usual_unit(float(np.median(np.diff(time)))) if moving.any() else "s"
+    if unit == "s" or not ((limits > 0.0) & np.isfinite(limits)).all():
+        return []
+    share = float((speed[moving] / limits).max())
+    if not 0.0 < share <= _USUAL_VELOCITY_SHARE * TIME_UNITS["ms"]:
+        return []
+    slow = f"at most {100 * share:.2g} % of the arm's velocity limits, with time read as seconds"
+    return [f"{slow}; if it is in {unit}: {options_of({'time': unit})}"]

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray, are_possible
 from gd_analyze.motions.reading import refusal
-from gd_analyze.text import LARGEST, named_joints
+from gd_analyze.motions.units_by_numbers import (
+    FACTOR_TOLERANCE,
+    factor_of_units,
+    options_of,
+    units_of_factors,
+)
+from gd_analyze.text import LARGEST, named_joints, number
 
 # A quintic with not-a-knot ends has six free coefficients before its first inner knot.
 FEWEST_SET_POINTS = 6
@@ -23,39 +28,21 @@ _STILL_SHARE = 0.05
 _STILL_SIZE = 1e-3
 
 
-_DEGREES = math.degrees(1.0)
-_TIME = "times the derivative of {x}, as if time, which is read as seconds, were in"
-_MEANING = {
-    0.0: "0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived",
-    None: "not the derivative of {x}: check the units, and the order of the columns",
-    1e3: f"1000 {_TIME} milliseconds: if so, give --map time=:ms",
-    1e6: f"1e6 {_TIME} microseconds: if so, give --map time=:us",
-    1e9: f"1e9 {_TIME} nanoseconds: if so, give --map time=:ns",
-    _DEGREES: "57.3 times the derivative of {x}, as if {v} were in degrees and {x} in radians: "
-    "if so, give --map {v}=:deg",
-    1 / _DEGREES: "the derivative of {x} divided by 57.3, as if {x} were in degrees and {v} in radians: "
-    "if so, give --map {x}=:deg",
-    -1.0: "the derivative of {x} with the other sign",
-}
-
-
 # A long motion is judged by so many windows of so many set points: mistakes affect the whole motion.
 _WINDOWS = 16
 _WINDOW_SET_POINTS = 8192
 
 
-def _windows(
-    arrays: tuple[FloatArray, FloatArray, FloatArray | None, FloatArray | None], gaps: Sequence[int]
-) -> tuple[tuple[Any, ...], Sequence[int]]:
-    """Evenly spaced windows of a long motion, with gaps between; all of a short one."""
-    count, windows, length = len(arrays[0]), _WINDOWS, _WINDOW_SET_POINTS
-    if count <= windows * length:
-        return arrays, gaps
-    starts = np.linspace(0, count - length, windows).astype(int)
+def _windows(count: int, gaps: Sequence[int]) -> tuple[slice | NDArray[np.intp], Sequence[int]]:
+    """Rows of evenly spaced windows of a long motion, with gaps between; all rows of a short one."""
+    length = _WINDOW_SET_POINTS
+    if count <= _WINDOWS * length:
+        return slice(None), gaps
+    starts = np.linspace(0, count - length, _WINDOWS).astype(int)
     rows = (starts[:, None] + np.arange(length)).ravel()
     window_gaps = {int(gap) for gap in np.searchsorted(rows, gaps)}
-    window_gaps |= {k * length for k in range(1, windows)}
-    return tuple(None if x is None else x[rows] for x in arrays), sorted(window_gaps - {0, len(rows)})
+    window_gaps |= {k * length for k in range(1, _WINDOWS)}
+    return rows, sorted(window_gaps - {0, len(rows)})
 
 
 # Accelerations are noise if the mean square of their changes exceeds this share of their own mean square.
@@ -79,15 +66,16 @@ def are_noise(
     Judged by the mean square of their changes over their own (von Neumann): 2 for white noise, 3 or more for
     differentiated noise, 0 for a smooth motion.
     """
-    (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
-    ends = pairwise([0, *gaps, len(time)])
-    parts = [slice(start, end) for start, end in ends if end - start >= _FEWEST_JUDGED]
     if qd is None:
         values, order = q, 2
     elif qdd is None:
         values, order = qd, 1
     else:
         values, order = qdd, 0
+    rows, gaps = _windows(len(time), gaps)
+    time, q, values = time[rows], q[rows], values[rows]
+    ends = pairwise([0, *gaps, len(time)])
+    parts = [slice(start, end) for start, end in ends if end - start >= _FEWEST_JUDGED]
     derivatives, bends = [], []
     for part in parts:
         accelerations, instants = values[part], time[part]
@@ -117,7 +105,8 @@ def completed(
     """Derive missing velocities and accelerations by a spline per stretch; state which and how."""
     if qd is not None and qdd is not None:
         return qd, qdd, "given"
-    absent = [name for name, x in (("qd", qd), ("qdd", qdd)) if x is None]
+    given = {name: x for name, x in (("qd", qd), ("qdd", qdd)) if x is not None}
+    absent = [name for name in ("qd", "qdd") if name not in given]
     lacking = " and ".join(absent)
     shortest = int(np.diff([0, *gaps, len(time)]).min())
     if shortest < FEWEST_SET_POINTS:
@@ -125,24 +114,18 @@ def completed(
         expected = f"at least {FEWEST_SET_POINTS} set points between gaps, or columns for {lacking}"
         raise refusal(message, where, expected, str(shortest), step)
     source, samples = ("q", q) if qd is None else ("qd", qd)
-    parts = list(zip(np.split(time, gaps), np.split(samples, gaps), strict=True))
-
-    orders = (1, 2) if qd is None and qdd is None else (1,)
-    derived = np.empty((len(orders), *samples.shape))
-    for (instants, values), end in zip(parts, np.cumsum([len(t) for t, _ in parts]), strict=True):
-        _differentiate(instants, values, orders, derived[:, end - len(instants) : end])
+    derived = np.empty((len(absent), *samples.shape))
+    for start, end in pairwise([0, *gaps, len(time)]):
+        _differentiate(time[start:end], samples[start:end], derived[:, start:end])
     derived.flags.writeable = False  # and a trajectory needs no copy
-    if qdd is None:
-        qdd = derived[-1]
-    if qd is None:
-        qd = derived[0]
-    for name, values in (("qd", qd), ("qdd", qdd)):
-        if name in absent and not are_possible(values):
+    for name, values in zip(absent, derived, strict=True):
+        if not are_possible(values):
             message, steps = f"{name} cannot be derived: it is too large for any motion", np.diff(time)
             expected = f"time steps in s, even enough that {name} stays below {LARGEST:g}"
             span, step = f"{steps.min():g} s to {steps.max():g} s", f"check the instants, or add {name}"
             raise refusal(message, where, expected, span, step)
-    return qd, qdd, f"{lacking} derived: C4 (quintic) spline through the given {source}"
+        given[name] = values
+    return given["qd"], given["qdd"], f"{lacking} derived: C4 (quintic) spline through the given {source}"
 
 
 # Set points of a block of the spline, and of its overlap at either side. The effect of a value on the spline
@@ -153,8 +136,8 @@ _OVERLAP_SET_POINTS = 128
 _LAST_DIGITS = 4 * float(np.finfo(float).eps)
 
 
-def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], out: FloatArray) -> None:
-    """Write derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
+def _differentiate(time: FloatArray, values: FloatArray, out: FloatArray) -> None:
+    """Write the first derivatives of the quintic spline through values (N, n) into `out`, (orders, N, n).
 
     A long spline is made block by block: what lies beyond the overlap changes nothing. nan where doubles
     overflow.
@@ -170,13 +153,60 @@ def _differentiate(time: FloatArray, values: FloatArray, orders: Sequence[int], 
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             try:
                 spline = make_interp_spline(instants, values[begin:beyond], k=5)
-                for row, order in zip(out, orders, strict=True):
+                for order, row in enumerate(out, start=1):
                     row[start:end] = spline.derivative(order)(time[start:end])
             except ValueError:  # raised where the spline's equations overflow
                 out[:, start:end] = np.nan
     # A spline through a constant has slopes of its last digits over the time step, squared for accelerations.
     moved = np.ptp(values, axis=0) > _LAST_DIGITS * np.abs(values).max(axis=0)
     out[:, :, ~moved] = 0.0
+
+
+# Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
+# or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
+_MISSED_SHARE = 0.25
+# Largest share of a movement that a factor may not explain.
+_UNEXPLAINED_SHARE = 0.2
+# An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions of
+# any profile with up to four vias then show no contradiction.
+_EXCLUDED_INTERVALS = 3
+
+
+def derivative_factors(
+    time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int] = ()
+) -> tuple[FloatArray, Array]:
+    """Factor by which each joint's v is too large to be the derivative of x, and whether v contradicts x.
+
+    Integrals are compared, as differences of x would be mostly noise. Factors, (n,), are nan where a joint
+    hardly moves, or where v is no multiple of the derivative.
+    """
+    n = x.shape[1]
+    if len(time) < _FEWEST_COMPARED:
+        return np.full(n, np.nan), np.zeros(n, dtype=bool)
+    rows, gaps = _windows(len(time), gaps)
+    time, x, v = time[rows], x[rows], v[rows]
+    steps = np.diff(time)[:, None]
+    changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
+    # Between set points v lies between its values there: the trapezoidal rule errs by at most this.
+    unsure = steps * np.abs(np.diff(v, axis=0)) / 2
+    for array in (changes, integrals, unsure):
+        array[np.array(gaps, dtype=int) - 1] = 0.0
+    worst = np.argsort(np.abs(changes - integrals), axis=0)[-_EXCLUDED_INTERVALS:]
+    for array in (changes, integrals, unsure):
+        np.put_along_axis(array, worst, 0.0, axis=0)
+    start = np.zeros((1, n))
+    moved, integrated = (np.cumsum(np.vstack([start, array]), axis=0) for array in (changes, integrals))
+    # Each compared with its own largest: the two may be in different units.
+    spans = np.stack([np.ptp(moved, axis=0), np.ptp(integrated, axis=0)])
+    size = spans.max(axis=0)
+    moves = (spans > np.maximum(_STILL_SIZE, _STILL_SHARE * spans.max(axis=1, keepdims=True))).any(axis=0)
+    missed = np.ptp(moved - integrated, axis=0) - unsure.sum(axis=0)
+    moved, integrated = moved - moved.mean(axis=0), integrated - integrated.mean(axis=0)
+    squares = np.square(moved).sum(axis=0)
+    factors = (moved * integrated).sum(axis=0) / np.where(squares > 0.0, squares, np.nan)
+    unexplained = np.ptp(integrated - factors * moved, axis=0)
+    is_multiple = moves & (unexplained <= _UNEXPLAINED_SHARE * np.ptp(integrated, axis=0))
+    return np.where(is_multiple, factors, np.nan), moves & (missed > _MISSED_SHARE * size)
 
 
 def contradictions(
@@ -188,118 +218,29 @@ def contradictions(
     derived: Sequence[str] = (),
 ) -> list[str]:
     """One line per likely mistake in given velocities, or else accelerations, that are not derivatives."""
-    if len(time) < _FEWEST_COMPARED:
-        return []
-    (time, q, qd, qdd), gaps = _windows((time, q, qd, qdd), gaps)
-    for name, integral, x, v in (("qd", "q", q, qd), ("qdd", "qd", qd, qdd)):
-        joints_of: dict[float | None, list[int]] = {}
-        if v is not None and name not in derived:
-            for joint, factor in _contradicted(time, x, v, gaps).items():
-                joints_of.setdefault(factor, []).append(joint + 1)
+    for v, derivative, x, values in (("qd", qd, "q", q), ("qdd", qdd, "qd", qd)):
+        if derivative is None or v in derived:
+            continue
+        factors, contradicts = derivative_factors(time, values, derivative, gaps)
+        joints_of: dict[str, list[int]] = {}
+        for joint in np.flatnonzero(contradicts).tolist():
+            joints_of.setdefault(_mistake(float(factors[joint]), x, v), []).append(joint + 1)
         if joints_of:
-            n_joints = q.shape[1]
-            return [
-                f"{name} of {named_joints(joints, n_joints)} is {_MEANING[factor].format(x=integral, v=name)}"
-                for factor, joints in joints_of.items()
-            ]
+            n = q.shape[1]
+            return [f"{v} of {named_joints(joints, n)} is {mistake}" for mistake, joints in joints_of.items()]
     return []
 
 
-def are_degrees(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> bool:
-    """Whether given velocities, in radians, show that positions are in degrees."""
-    if len(time) < _FEWEST_COMPARED:
-        return False
-    (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
-    return 1 / _DEGREES in _contradicted(time, q, qd, gaps).values()
-
-
-def velocity_factors(time: FloatArray, q: FloatArray, qd: FloatArray, gaps: Sequence[int] = ()) -> FloatArray:
-    """Factor by which each joint's velocities are too large for its positions, (n,).
-
-    nan where a joint hardly moves, or where they are no multiple of the derivative.
-    """
-    out = np.full(q.shape[1], np.nan)
-    if len(time) < _FEWEST_COMPARED:
-        return out
-    (time, q, qd, _), gaps = _windows((time, q, qd, None), gaps)
-    moved, integrated, _ = _paths(time, q, qd, gaps)
-    for joint in np.flatnonzero(_moves(moved, integrated)).tolist():
-        out[joint] = _slope(moved[:, joint], integrated[:, joint])
-    return out
-
-
-# Share of the movement that v may miss beyond what the time steps explain. Velocities of real arms, filtered
-# or from their own sensor, miss up to 0.1 of it; the mistakes named here at least 0.9.
-_MISSED_SHARE = 0.25
-
-
-def _contradicted(
-    time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
-) -> dict[int, float | None]:
-    """Joints (from 0) where v is not the derivative of x, with the factor by which v is too large."""
-    moved, integrated, unsure = _paths(time, x, v, gaps)
-    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    missed = np.ptp(moved - integrated, axis=0) - unsure
-    return {
-        int(joint): _factor(moved[:, joint], integrated[:, joint])
-        for joint in np.flatnonzero(_moves(moved, integrated) & (missed > _MISSED_SHARE * size))
-    }
-
-
-def _moves(moved: FloatArray, integrated: FloatArray) -> Array:
-    size = np.maximum(np.ptp(moved, axis=0), np.ptp(integrated, axis=0))
-    return np.asarray(size > max(_STILL_SIZE, _STILL_SHARE * float(size.max())))
-
-
-# An arm may stop, turn or jerk between two set points: this many intervals prove nothing. Planned motions of
-# any profile with up to four vias then show no contradiction.
-_EXCLUDED_INTERVALS = 3
-
-
-def _paths(
-    time: FloatArray, x: FloatArray, v: FloatArray, gaps: Sequence[int]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Path of x, the integral of v, (N, n) each, and by how much that may err, (n,).
-
-    Integrals are compared, as differences of x would be mostly noise. Between set points v lies between its
-    values there: the trapezoidal rule errs by at most half its change times the step.
-    """
-    steps = np.diff(time)[:, None]
-    changes, integrals = np.diff(x, axis=0), steps * (v[1:] + v[:-1]) / 2
-    unsure = steps * np.abs(np.diff(v, axis=0)) / 2
-    for array in (changes, integrals, unsure):
-        array[np.array(gaps, dtype=int) - 1] = 0.0
-    worst = np.argsort(np.abs(changes - integrals), axis=0)[-_EXCLUDED_INTERVALS:]
-    for array in (changes, integrals, unsure):
-        np.put_along_axis(array, worst, 0.0, axis=0)
-    start = np.zeros((1, x.shape[1]))
-    moved, integrated = (np.vstack([start, np.cumsum(array, axis=0)]) for array in (changes, integrals))
-    return moved, integrated, unsure.sum(axis=0)
-
-
-# Largest share of a movement that a factor may not explain.
-_UNEXPLAINED_SHARE = 0.2
-
-
-def _slope(moved: FloatArray, integrated: FloatArray) -> float:
-    """Factor between two paths; nan if they differ in shape."""
-    a, b = moved - moved.mean(), integrated - integrated.mean()
-    if not a.any():
-        return np.nan
-    factor = float(a @ b / (a @ a))
-    return factor if np.ptp(b - factor * a) <= _UNEXPLAINED_SHARE * np.ptp(b) else np.nan
-
-
-# Tolerance of a known factor, relative to it.
-_FACTOR_TOLERANCE = 0.1
-
-
-def _factor(moved: FloatArray, integrated: FloatArray) -> float | None:
-    """The known factor between two paths, if any; 0 if only the first moves."""
-    if not np.ptp(integrated):
-        return 0.0
-    factor = _slope(moved, integrated)
-    for candidate in _MEANING:
-        if candidate and abs(factor / candidate - 1) < _FACTOR_TOLERANCE:
-            return candidate
-    return None
+def _mistake(factor: float, x: str, v: str) -> str:
+    """What a column v is, instead of the derivative of x, that is too large by a factor."""
+    if factor == 0.0:
+        return f"0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived"
+    if abs(factor + 1.0) < FACTOR_TOLERANCE:
+        return f"the derivative of {x} with the other sign"
+    units = units_of_factors(np.array([factor]), x, v, unstated={x, v, "time"}) or {}
+    units = {role: unit for role, unit in units.items() if unit != "s"}
+    if not units:
+        return f"not the derivative of {x}: check the units, and the order of the columns"
+    facts = " and ".join(f"{role} were in {unit}" for role, unit in units.items())
+    size = number(factor_of_units(units, v))
+    return f"{size} times the derivative of {x}, as if {facts}: if so, give {options_of(units)}"
