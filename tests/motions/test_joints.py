@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.names import JointNames, column_name
+from gd_analyze.motions.joint_names import JointNames
+from gd_analyze.motions.names import column_name
 from log_arms import UR, arm_of, log_of
 
 # Names by role and kind; the last digit is the joint's number.
