@@ -181,6 +181,7 @@ def _preferred(log: NamedLog, role: MotionRole, q: Family | None, zero: Sequence
         if not complete:
             raise absent(log, role, of_role)
         alive = alive or complete
+
     # Beside q, theta is something else; beside position it may be the angle.
     has_symbol = any(family.name.rank == 0 for family in alive)
 
@@ -265,12 +266,11 @@ def _unit_of(log: NamedLog, role: str, index: int, column: int) -> str:
     if unit is not None:
         return unit
     message = f"column {table.names[column]} is in {stated}"
-    if role == "torque" and stated in UNITS["current"]:
-        step = f"--torque-constant LIST, {log.arm.n_joints} numbers with commas, or --map torque=none"
-        raise refusal(message, table.where(None, column), "the joint's torque per ampere", stated, step)
     units = units_of(role, revolute)
     another = map_option(f"{role}:{joint.name}={table.names[column]}:{next(reversed(units))}")
     step = f"check its joint, as {joint.name} is {joint.kind}; {another} states another unit"
+    if role == "torque" and stated in UNITS["current"]:
+        step = "give --torque-constant, too"
     raise refusal(message, table.where(None, column), ", ".join(units), stated, step)
 
 

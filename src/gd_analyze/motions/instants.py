@@ -10,7 +10,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.mapping import NamedLog, listed_names, map_option
+from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import Stamps
@@ -64,20 +64,18 @@ def time_columns(log: NamedLog) -> TimeColumns | None:
 def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
     """The preferred of the columns that may be the time and change."""
     candidates: list[tuple[int, TimeColumns]] = []
-    nanoseconds: dict[tuple[str, ...], int] = {}  # the first column of each topic
-    for k, name in enumerate(log.names):
-        if name.role == "nanosec":
-            nanoseconds.setdefault(name.topic[:-1], k)
+    nanoseconds = [(name.topic[:-1], k) for k, name in enumerate(log.names) if name.role == "nanosec"]
     for k, name in enumerate(log.names):
         text = name.text.strip()
-        rank = _ROW_TIME if text.startswith("__") else _ANY + ("duration" in name.topic)
+        rank = _ROW_TIME if text.startswith("__") else _ANY
         if rank and "stamp" in name.topic and text != "stamp":
             rank = _STAMP
         if name.role == "time" and k not in stand and not name.fault:
             candidates.append((rank, TimeColumns((k,), name.unit, "name")))
-        pair = nanoseconds.get(name.topic[:-1]) if name.role == "sec" else None
-        if pair is not None and not (k in stand and pair in stand):
-            candidates.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
+        pairs = [pair for topic, pair in nanoseconds if name.role == "sec" and topic == name.topic[:-1]]
+        if pairs and not (k in stand and pairs[0] in stand):
+            columns = TimeColumns((k, pairs[0]), "s", "seconds and nanoseconds")
+            candidates.append((min(rank, _STAMP), columns))
     if not candidates:
         counts = [k for k, name in enumerate(log.names) if name.role == "index" and k not in stand]
         if len(counts) != 1:
@@ -86,9 +84,7 @@ def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
     best = min(rank for rank, _ in candidates)
     choices = [columns for rank, columns in candidates if rank == best]
     if len(choices) > 1:
-        listed = [log.names[columns.columns[0]].text for columns in choices]
-        if len({*listed}) < len(listed):
-            listed = [f"#{columns.columns[0] + 1}" for columns in choices]
+        listed = typed_columns([columns.columns[0] for columns in choices], log.table)
         step = "choose one: " + " or ".join(map_option(f"time={name}") for name in listed[:4])
         where, expected = log.table.where(), "one column of time"
         raise refusal("several columns may be the time", where, expected, ", ".join(listed), step)

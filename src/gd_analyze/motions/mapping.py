@@ -73,7 +73,7 @@ class NamedLog:
                 log.left_out.discard(name)
                 text, unit = _without_unit(value, name, log)
                 if joint:
-                    log._map_column(name, joint_named(joint, arm), text, unit)
+                    log._map_column(name, _joint_named(joint, arm), text, unit)
                 else:
                     log._map_role(name, text, unit)
         return log
@@ -181,7 +181,7 @@ def _listed(text: str) -> list[str]:
     return names
 
 
-def joint_named(name: str, arm: RobotArm) -> int:
+def _joint_named(name: str, arm: RobotArm) -> int:
     """Number, from 0, of the arm's joint given by name or by number from 1."""
     number = arm.joint_number(name)
     if number is not None:
@@ -214,6 +214,14 @@ def _no_column(column: str, table: LogTable) -> TrajectoryError:
     place, expected = f"--map; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
     step = f"did you mean {' or '.join(near)}?" if near else "check the name"
     return refusal(f"the log has no column {column!r}", place, expected, listed_names(table.names), step)
+
+
+def typed_columns(columns: Sequence[int], table: LogTable) -> list[str]:
+    """What --map takes for columns: their names, or numbers where these are not their own."""
+    names = [table.names[column] for column in columns]
+    if all(name and "," not in name and table.names.count(name) == 1 for name in names):
+        return names
+    return [f"#{column + 1}" for column in columns]
 
 
 def listed_names(names: Sequence[str]) -> str:

@@ -100,7 +100,7 @@ def column_name(text: str, joints: JointNames) -> ColumnName:
     # "current position" is measured; a torque that follows from a current is second choice.
     if quantity is not None and quantity.of != "current" and any(t.means("current") for t in tokens[at]):
         kinds, rank = (kinds, 3) if quantity.of == "torque" else ({*kinds, "measured"}, rank)
-    beside = _beside_joint(tokens, at) if joint is None else ()
+    beside = _beside_joint(tokens) if joint is None else ()
     count = next((token for token in reversed(beside) if token.is_count), None)
     star = joint_words if count is None else [word for word in words if word.start == count.start]
     in_a_row = star and words.index(star[-1]) - words.index(star[0]) == len(star) - 1
@@ -186,7 +186,7 @@ def _role_of_time(segments: Sequence[Sequence[Phrase]]) -> str:
     if last & _TIME["plain"] and last <= _TIME["plain"] | _TIME["beside"]:
         return "time"
     counts = last & _TIME["samples"] and last <= _TIME["samples"] | {"number", "no"}
-    return "index" if counts and len(segments) <= 3 else ""
+    return "index" if counts else ""
 
 
 def _is_of_further_point(tokens: Sequence[Sequence[Phrase]]) -> bool:
@@ -212,15 +212,11 @@ def _quantity(tokens: Sequence[Sequence[Phrase]]) -> tuple[int, Meaning | None]:
     return -1, None
 
 
-def _beside_joint(tokens: Sequence[Sequence[Phrase]], at: int) -> Sequence[Phrase]:
-    """The segment with the joint's number, or else with a word that is not known.
-
-    Looked for in the segment of the quantity, those behind it from the last one on, and those before it.
-    """
-    behind, before = tokens[:at:-1] if at >= 0 else tokens[::-1], tokens[:at][::-1] if at > 0 else ()
-    nearest = [*tokens[at : at + 1], *behind, *before]
-    numbered = next((segment for segment in nearest if any(t.is_count for t in segment)), ())
-    return numbered or next((segment for segment in nearest if any(t.is_strange for t in segment)), ())
+def _beside_joint(tokens: Sequence[Sequence[Phrase]]) -> Sequence[Phrase]:
+    """The last segment with the joint's number, or else with a word that is not known."""
+    numbered = [segment for segment in tokens if any(token.is_count for token in segment)]
+    strange = [segment for segment in tokens if any(token.is_strange for token in segment)]
+    return next(reversed(numbered or strange), ())
 
 
 def _is_position(name: ColumnName, tokens: Sequence[Phrase], joints: JointNames) -> bool:
@@ -232,5 +228,5 @@ def _is_position(name: ColumnName, tokens: Sequence[Phrase], joints: JointNames)
     )
     strange = {*name.label, *name.topic} - joints.known - ({*name.label} & _LETTERS if has_letter else set())
     counts = name.number is not None and (says_joint or all(token.is_count for token in tokens))
-    is_strangers = not name.says_joint and says_joint and not any(t.means("container") for t in tokens)
+    is_strangers = not name.says_joint and says_joint
     return is_strangers or ((name.joint is not None or counts) and not strange)

@@ -9,7 +9,7 @@ from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.column_units import unit_in_words, units_of
 from gd_analyze.motions.families import Family, families_of
 from gd_analyze.motions.joint_names import JointNames
-from gd_analyze.motions.mapping import NamedLog, listed_names, map_option
+from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import MotionRole, refusal
 from gd_analyze.text import in_python
@@ -26,14 +26,8 @@ def _said_of(role: str, family: Family, log: NamedLog) -> str:
     """What --map takes for a family: its pattern, or its columns."""
     if family.pattern:
         return f"{role}={family.pattern}"
-    return _said_of_columns(role, [columns[0] for columns in family.columns.values()], log)
-
-
-def _said_of_columns(role: str, columns: Sequence[int], log: NamedLog) -> str:
-    names = [log.table.names[column] for column in columns]
-    if any(not name or "," in name or log.table.names.count(name) > 1 for name in names):
-        names = [f"#{column + 1}" for column in columns]
-    return f"{role}={','.join(names)}"
+    columns = typed_columns([columns[0] for columns in family.columns.values()], log.table)
+    return f"{role}={','.join(columns)}"
 
 
 def _options(said: Iterable[str]) -> str:
@@ -113,32 +107,30 @@ def ambiguous(role: str, choices: Sequence[Family], log: NamedLog) -> Trajectory
 
 def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> TrajectoryError:
     """Error for a role that no family has for all of the arm's joints."""
-    table, arm, mapped = log.table, log.arm, log.mapped.get(role, {})
+    table, arm = log.table, log.arm
     names = [joint.name for joint in arm.joints]
     text = [k for k, name in enumerate(log.names) if name.role == role and name.fault == "text"]
-    if mapped:
-        listed = ", ".join(names[joint] for joint in sorted(mapped))
-        missing = next(name for joint, name in enumerate(names) if joint not in mapped)
-        expected, step = f"a column for each joint, {missing} too", f"add --map '{role}:{missing}=COLUMN'"
-        return refusal(f"{role} is given for some joints only", "--map", expected, listed, step)
-    if text:
+    if text and role not in log.mapped:
         message, cell = f"{table.label(text[0])} is not a number", in_python(table.head(text[0])[0])
         step = "correct the cells, or choose the columns with --map"
         return refusal(message, table.where(0, text[0]), "numbers", cell, step)
-    if not of_role:
+    nearest = max(of_role, key=lambda family: len(family.columns), default=None)
+    columns = {} if nearest is None else {**nearest.columns}
+    columns |= {joint: (column,) for joint, column in log.mapped.get(role, {}).items()}
+    if not columns:
         return _no_positions(log)
-    nearest = max(of_role, key=lambda family: len(family.columns))
-    lacking = [name for j, name in enumerate(names) if j not in nearest.columns]
-    used_names = [table.names[c] for c in nearest.all_columns]
+    lacking = [name for j, name in enumerate(names) if j not in columns]
+    used = [column for of_joint in columns.values() for column in of_joint]
+    used_names = [table.names[column] for column in used]
     remaining_names = [name for name in table.names if name and name not in used_names]
     message = f"the log has no {_QUANTITY[role]} of joint {', '.join(lacking)}"
     expected = f"{_PLURAL[role]} of all joints: {', '.join(names)}"
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
     step = f"--map '{role}:{lacking[0]}=COLUMN' names a column, or choose the log's arm"
-    every = sorted((*nearest.all_columns, *nearest.extra))
-    if len(every) == arm.n_joints and all(len(columns) == 1 for columns in nearest.columns.values()):
-        in_order = map_option(_said_of_columns(role, every, log))
-        step = f"if the columns are the joints in this order: {in_order}"
+    every = sorted((*used, *(() if nearest is None else nearest.extra)))
+    if len(every) == arm.n_joints and len(used) == len(columns):
+        in_order = f"{role}={','.join(typed_columns(every, table))}"
+        step = f"if the columns are the joints in this order: {map_option(in_order)}"
     return refusal(message, table.where(), expected, listed, step)
 
 
@@ -187,7 +179,8 @@ def _all_that_is_left(log: NamedLog) -> list[str]:
         if log.names[k].text and not (log.names[k].unit or log.names[k].fault) and _is_numeric(log, k)
     ]
     unread = all(log.names[k].role == "other" for k in others)
-    return [_said_of_columns("q", columns, log)] if unread and len(columns) == log.arm.n_joints else []
+    is_all = unread and len(columns) == log.arm.n_joints
+    return [f"q={','.join(typed_columns(columns, log.table))}"] if is_all else []
 
 
 def remarks_on(log: NamedLog, chosen: Mapping[MotionRole, Family], zero: Sequence[Family]) -> list[str]:
