@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gd_analyze.errors import GdAnalyzeWarning
-from gd_analyze.motions.names import JointNames, column_name
+from gd_analyze.motions.joint_names import JointNames
+from gd_analyze.motions.names import column_name
 from log_arms import UR, arm_of, log_of
 
 # Names by role and kind; the last digit is the joint's number.
@@ -116,6 +117,7 @@ def test_as_the_user_says(read, warned):
     np.testing.assert_array_equal(logged.qd[0], [2, 5])
     text = "time,q1,qd1,tau1\n0,1,2,3\n0.5,1,2,3\n"
     assert read(text, arm_of("hip"), map=["qd=none"]).qd is None
+    assert read(text, arm_of("hip"), map=["qd:hip=qd1", "qd=none"]).qd is None
     assert read(text, arm_of("hip")).qd is not None
 
 
@@ -276,3 +278,10 @@ def test_numbers_of_set_points_are_those_of_the_chain_and_a_notice_says_where_th
     with pytest.warns(GdAnalyzeWarning, match="q2 is used for joint_3, joint 2 of the chain"):
         logged = read(text, arm)
     np.testing.assert_array_equal(logged.q[0], [1, 2, 3])
+
+
+def test_a_column_given_beside_numbers_that_are_not_those_of_the_chain(read):
+    arm = arm_of("joint_1", "joint_3", "joint_2")
+    with pytest.warns(GdAnalyzeWarning, match="pos2 is used for joint_2, joint 3 of the chain"):
+        logged = read(log_of("pos1 pos2 other"), arm, map=["q:joint_3=other"])
+    np.testing.assert_array_equal(logged.q[0], [0, 2, 1])

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from gd_analyze import read_log, read_trajectory
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
-from gd_analyze.motions.names import JointNames, column_name
+from gd_analyze.motions.joint_names import JointNames
+from gd_analyze.motions.names import column_name
 from log_arms import UR, arm_of, log_of
 from remedies import remedies, typed
 

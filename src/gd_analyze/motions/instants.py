@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.mapping import ColumnMap, map_option
-from gd_analyze.motions.names import ColumnName
+from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
+from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.sampling import usual_step
-from gd_analyze.motions.table import LogTable, Stamps
+from gd_analyze.motions.table import Stamps
 from gd_analyze.motions.units_by_numbers import (
     LONGEST_USUAL_STEP,
     rate_of_factors,
@@ -50,75 +50,66 @@ class TimeColumns:
     why: str
 
 
-def time_columns(table: LogTable, names: Sequence[ColumnName], given: ColumnMap) -> TimeColumns | None:
+def time_columns(log: NamedLog) -> TimeColumns | None:
     """Find the time of the rows; None where they are counted, as the user says."""
-    if given.time is not None:
-        name = names[given.time]
-        unit = given.time_unit or name.unit or {"sec": "s", "nanosec": "ns"}.get(name.role, "")
-        return TimeColumns((given.time,), unit if unit in TIME_UNITS else "", "as given")
-    if given.counts_rows:
+    if log.time is not None:
+        name = log.names[log.time]
+        unit = log.time_unit or name.unit or {"sec": "s", "nanosec": "ns"}.get(name.role, "")
+        return TimeColumns((log.time,), unit if unit in TIME_UNITS else "", "as given")
+    if log.counts_rows:
         return None
-    stand = [
-        name.role in ("time", "sec", "nanosec", "index") and table.stands(k) for k, name in enumerate(names)
-    ]
-    time = _best(table, names, stand)
-    if time is None:
-        raise _no_time(table, names, stand)
-    if given.time_unit:
-        return TimeColumns(time.columns, given.time_unit, "as given")
-    return time
+    stand = [k for k, name in enumerate(log.names) if name.role in TIMED and log.table.stands(k)]
+    time = _best(log, stand)
+    return replace(time, unit=log.time_unit, why="as given") if log.time_unit else time
 
 
-def _best(table: LogTable, names: Sequence[ColumnName], stand: Sequence[bool]) -> TimeColumns | None:
+def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
     """The preferred of the columns that may be the time and change."""
-    candidates = []
-    nanoseconds: dict[tuple[str, ...], int] = {}  # the first column of each topic
-    for k, name in enumerate(names):
-        if name.role == "nanosec":
-            nanoseconds.setdefault(name.topic[:-1], k)
-    for k, name in enumerate(names):
+    candidates: list[tuple[int, TimeColumns]] = []
+    nanoseconds = [(name.topic[:-1], k) for k, name in enumerate(log.names) if name.role == "nanosec"]
+    for k, name in enumerate(log.names):
         text = name.text.strip()
-        rank = _ROW_TIME if text.startswith("__") else _ANY + ("duration" in name.topic)
+        rank = _ROW_TIME if text.startswith("__") else _ANY
         if rank and "stamp" in name.topic and text != "stamp":
             rank = _STAMP
-        if name.role == "time" and not stand[k] and not name.fault:
+        if name.role == "time" and k not in stand and not name.fault:
             candidates.append((rank, TimeColumns((k,), name.unit, "name")))
-        pair = nanoseconds.get(name.topic[:-1]) if name.role == "sec" else None
-        if pair is not None and not (stand[k] and stand[pair]):
-            candidates.append((min(rank, _STAMP), TimeColumns((k, pair), "s", "seconds and nanoseconds")))
+        pairs = [pair for topic, pair in nanoseconds if name.role == "sec" and topic == name.topic[:-1]]
+        if pairs and not (k in stand and pairs[0] in stand):
+            columns = TimeColumns((k, pairs[0]), "s", "seconds and nanoseconds")
+            candidates.append((min(rank, _STAMP), columns))
     if not candidates:
-        counts = [k for k, name in enumerate(names) if name.role == "index" and not stand[k]]
-        return TimeColumns((counts[0],), SAMPLE, "name") if len(counts) == 1 else None
+        counts = [k for k, name in enumerate(log.names) if name.role == "index" and k not in stand]
+        if len(counts) != 1:
+            raise _no_time(log, stand)
+        return TimeColumns((counts[0],), SAMPLE, "name")
     best = min(rank for rank, _ in candidates)
     choices = [columns for rank, columns in candidates if rank == best]
     if len(choices) > 1:
-        listed = [names[columns.columns[0]].text for columns in choices]
-        if len({*listed}) < len(listed):
-            listed = [f"#{columns.columns[0] + 1}" for columns in choices]
+        listed = typed_columns([columns.columns[0] for columns in choices], log.table)
         step = "choose one: " + " or ".join(map_option(f"time={name}") for name in listed[:4])
-        where, expected = table.where(), "one column of time"
+        where, expected = log.table.where(), "one column of time"
         raise refusal("several columns may be the time", where, expected, ", ".join(listed), step)
     return choices[0]
 
 
-def _no_time(table: LogTable, names: Sequence[ColumnName], stand: Sequence[bool]) -> TrajectoryError:
-    if any(stand):
-        column = stand.index(True)
-        cell = table.head(column)[0]
+def _no_time(log: NamedLog, stand: Sequence[int]) -> TrajectoryError:
+    table = log.table
+    if stand:
+        cell = table.head(stand[0])[0]
         stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
-        message = f"all rows at one instant: {table.names[column]} does not change"
+        message = f"all rows at one instant: {table.names[stand[0]]} does not change"
         step = "write its stamps with all digits, or give the samples per second: --map time=RATEHz"
-        return refusal(message, table.where(None, column), "stamps that increase", stamp, step)
-    for k, name in enumerate(names):
-        cells = table.head(k)
+        return refusal(message, table.where(None, stand[0]), "stamps that increase", stamp, step)
+    for k, name in enumerate(log.names):
         if name.role == "time" and name.fault:
             message = f"the time in column {name.text} is text that is not read as instants"
             expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
-            return refusal(message, table.where(None, k), expected, in_python(cells[0]))
+            return refusal(message, table.where(None, k), expected, in_python(table.head(k)[0]))
     step = "name it with --map time=COLUMN, or give the samples per second: --map time=RATEHz"
     expected = "a column such as time, timestamp or header.stamp, in numbers"
-    listed = ", ".join(name for name in table.names if name) or "columns without names"
-    return refusal("no column is recognized as time", table.where(), expected, listed, step)
+    message = "no column is recognized as time"
+    return refusal(message, table.where(), expected, listed_names(table.names), step)
 
 
 @dataclass(frozen=True)

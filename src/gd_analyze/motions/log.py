@@ -121,7 +121,7 @@ def log_of(
         qdd=arrays.get("qdd"),
         torque=arrays.get("torque"),
         measured=choice.measured,
-        columns=_uses(table, arm, choice, clock, degrees),
+        columns=_uses(arm, choice, clock, degrees),
         name=name,
         origin=origin,
         gaps=gaps,
@@ -134,11 +134,13 @@ def _in_stated_units(choice: Choice, arm: RobotArm, numbers: FloatArray) -> dict
     wanted, _ = choice.wanted
     arrays: dict[str, FloatArray] = {}
     for role in ROLES:
-        uses = [(column, use.unit) for column, use in choice.uses if use.role == role]
-        sizes = [units_of(role, revolute, True) for revolute in arm.is_revolute] if uses else []
-        factors = np.array([size[unit] if unit else 1.0 for (_, unit), size in zip(uses, sizes, strict=True)])
-        values = _columns(numbers, [wanted.index(column) for column, _ in uses], factors)
-        if uses and (role == "q" or np.isfinite(values).any()):
+        if role not in choice.columns:
+            continue
+        units = [choice.uses[column].unit for column in choice.columns[role]]
+        sizes = [units_of(role, revolute, True) for revolute in arm.is_revolute]
+        factors = np.array([size[unit] if unit else 1.0 for unit, size in zip(units, sizes, strict=True)])
+        values = _columns(numbers, [wanted.index(column) for column in choice.columns[role]], factors)
+        if role == "q" or np.isfinite(values).any():
             arrays[role] = values
     return arrays
 
@@ -148,7 +150,7 @@ def _units_by_numbers(
 ) -> tuple[FloatArray, tuple[str, str], dict[str, str]]:
     """Seconds of the rows; the unit of time, and why; and the roles in degrees that say no unit, and why."""
     q, qd = arrays["q"], arrays.get("qd")
-    stated = {use.role for _, use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
+    stated = {use.role for use in choice.uses if use.unit.startswith(("deg", "rad", "mrad", "rev", "rpm"))}
     unstated = {role for role in ROLES[:3] if role in arrays and role not in stated and any(arm.is_revolute)}
     # What looks like velocities in rad/s beside degrees is then a time in minutes.
     unstated -= {"q"} if look_like_radians(usual_reach(q)) else set()
@@ -241,19 +243,18 @@ def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
 
 
 def _uses(
-    table: LogTable, arm: RobotArm, choice: Choice, clock: tuple[str, str], degrees: Mapping[str, str]
+    arm: RobotArm, choice: Choice, clock: tuple[str, str], degrees: Mapping[str, str]
 ) -> tuple[ColumnUse, ...]:
     """Role and unit of every column, in the order of the log."""
-    times, (unit, why) = choice.time.columns if choice.time is not None else (), clock
-    reason = "another time" if times else "no time is needed"
-    numbers = range(len(table.names))
-    uses = {k: ColumnUse(table.shown(k), "unused", why=choice.unused.get(k, reason)) for k in numbers}
-    uses |= {k: ColumnUse(table.shown(k), "time", unit=unit, why=why) for k in times[:1]}
-    uses |= {k: ColumnUse(table.shown(k), "time", unit="ns", why=why) for k in times[1:]}
-    revolute = dict(zip((joint.name for joint in arm.joints), arm.is_revolute, strict=True))
-    for column, use in choice.uses:
-        turns = revolute[use.joint]
-        if not use.unit and use.role in degrees and turns:
-            use = replace(use, unit=_DEGREES[use.role], why=f"{use.why}; unit by the numbers")
-        uses[column] = use if use.unit else replace(use, unit=next(iter(units_of(use.role, turns))))
-    return tuple(uses.values())
+    (unit, why), times = clock, choice.time.columns if choice.time is not None else ()
+    uses = [*choice.uses]
+    for k, column in enumerate(times):
+        uses[column] = replace(uses[column], unit="ns" if k else unit, why=why)
+    for role, columns in choice.columns.items():
+        for column, turns in zip(columns, arm.is_revolute, strict=True):
+            use = uses[column]
+            if not use.unit and role in degrees and turns:
+                uses[column] = replace(use, unit=_DEGREES[role], why=f"{use.why}; unit by the numbers")
+            elif not use.unit:
+                uses[column] = replace(use, unit=next(iter(units_of(role, turns))))
+    return tuple(uses)

@@ -9,7 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gd_analyze.errors import TrajectoryError
-from gd_analyze.motions.column_units import fits_some_joint, fitting_unit, unit_in_words, units_of
+from gd_analyze.motions.column_units import fitting_unit, unit_in_words, units_of
+from gd_analyze.motions.families import Family
+from gd_analyze.motions.joint_names import JointNames
+from gd_analyze.motions.names import ColumnName
 from gd_analyze.motions.reading import Reading, rate_in, refusal
 from gd_analyze.motions.table import LogTable
 from gd_analyze.robots.arm import RobotArm
@@ -24,25 +27,30 @@ _MOST_COLUMNS = 10_000
 
 
 @dataclass
-class ColumnMap:
-    """What the user says, by the columns of a table and the arm's joints, both from 0."""
+class NamedLog:
+    """A log with what the user and its columns' names say; columns and the arm's joints count from 0."""
 
     table: LogTable
     arm: RobotArm
-    currents: bool  # whether the user says what currents give
+    reading: Reading
+    # What the user says
     time: int | None = None  # column of time
     time_unit: str = ""
     rate: float | None = None  # samples per second, of the rows or of what the column of time counts
     counts_rows: bool = False  # whether the rate is that of the rows, whatever the column of time
-    columns: dict[tuple[str, int], int] = field(default_factory=dict)  # by role and joint
+    mapped: dict[str, dict[int, int]] = field(default_factory=dict)  # column by role and joint
     patterns: dict[str, dict[int, str]] = field(default_factory=dict)  # by role: star by column
     units: dict[int, str] = field(default_factory=dict)  # by column
     role_units: dict[str, str] = field(default_factory=dict)  # by role, of columns not named
     left_out: set[str] = field(default_factory=set)  # roles
-    joints: tuple[str, ...] = ()  # the joints' names in the log
+    given_joints: tuple[str, ...] = ()  # the joints' names in the log
+    # What the names say
+    joints: JointNames = field(default_factory=lambda: JointNames({}))
+    names: Sequence[ColumnName] = ()  # of the columns
+    families: list[Family] = field(default_factory=list)
 
     @classmethod
-    def of(cls, table: LogTable, arm: RobotArm, reading: Reading) -> ColumnMap:
+    def of(cls, table: LogTable, arm: RobotArm, reading: Reading) -> NamedLog:
         """Find the columns that the user names.
 
         Raises
@@ -50,59 +58,56 @@ class ColumnMap:
         TrajectoryError
             If there is no such column, joint or unit.
         """
-        given = cls(table, arm, reading.torque_constant is not None)
+        log = cls(table, arm, reading)
         for role, value in reading.map:
             name, _, joint = role.partition(":")
             if name == "time":
-                given._add_time(value)
+                log._map_time(value)
             elif name == "joints":
-                given._add_joints(value)
+                log._map_joints(value)
             elif value == _NONE:
-                given.left_out.add(name)
-                given.patterns.pop(name, None)
-            elif joint:
-                given.left_out.discard(name)
-                given._add_column(name, joint_named(joint, arm), *without_unit(value, name, table))
+                log.left_out.add(name)
+                log.patterns.pop(name, None)
+                log.mapped.pop(name, None)
             else:
-                given._add_columns(name, value)
-        return given
+                log.left_out.discard(name)
+                text, unit = _without_unit(value, name, log)
+                if joint:
+                    log._map_column(name, _joint_named(joint, arm), text, unit)
+                else:
+                    log._map_role(name, text, unit)
+        return log
 
-    def columns_of(self, role: str) -> dict[int, int]:
-        """Column of each joint that the user names one for."""
-        return {joint: column for (of_role, joint), column in self.columns.items() if of_role == role}
+    @property
+    def has_currents(self) -> bool:
+        """Whether the user says what torques currents give."""
+        return self.reading.torque_constant is not None
 
-    def _add_time(self, value: str) -> None:
+    def _map_time(self, value: str) -> None:
         rate = None if value in self.table.names else rate_in(value)
         self.counts_rows = rate is not None
-        name, unit = ("", "") if self.counts_rows else without_unit(value, "time", self.table)
+        name, unit = ("", "") if self.counts_rows else _without_unit(value, "time", self)
         self.time = _column_named(name, self.table) if name else None
         self.rate = rate_in(unit) if rate is None else rate
         self.time_unit = "" if self.rate else unit
 
-    def _add_joints(self, value: str) -> None:
+    def _map_joints(self, value: str) -> None:
         names, arm = _listed(value), self.arm
         if len(names) != arm.n_joints:
             expected = f"{arm.n_joints}, in the order of {arm.name}'s joints"
             step = f"the arm's are {', '.join(joint.name for joint in arm.joints)}"
             raise refusal(f"joints: {len(names)} names", "--map", expected, value, step)
-        self.joints = tuple(names)
+        self.given_joints = tuple(names)
 
-    def _add_columns(self, role: str, value: str) -> None:
+    def _map_role(self, role: str, text: str, unit: str) -> None:
         """The columns of all joints: a pattern, a list, or the unit alone of those that are recognized."""
-        self.left_out.discard(role)
-        text, unit = without_unit(value, role, self.table)
-        if unit and not any(fitting_unit(unit, role, kind, self.currents) for kind in self.arm.is_revolute):
-            message, kinds = f"no joint of {self.arm.name} has {role} in {unit}", {*self.arm.is_revolute}
-            expected = ", ".join(dict.fromkeys(u for kind in kinds for u in units_of(role, kind)))
-            step = "give --torque-constant, too" if unit in UNITS["current"] else None
-            raise refusal(message, "--map", expected, f"{role}={value}", step)
         if not text:
             self.role_units[role] = unit
             return
         if "*" in text and text not in self.table.names:
             starred = _starred(text, self.table)
             if not starred:
-                raise no_column(text, self.table)
+                raise _no_column(text, self.table)
             self.patterns[role] = {**self.patterns.get(role, {}), **starred}
             self.units.update(dict.fromkeys(starred, unit) if unit else {})
             return
@@ -110,16 +115,16 @@ class ColumnMap:
         if len(names) != n:
             message, expected = f"{role} is given for some joints only", f"a column for each of {n} joints"
             step = f"list them as in {role}=#2..#{n + 1}; {role}:{self.arm.joints[0].name} is of one joint"
-            raise refusal(message, "--map", expected, f"{role}={value}", step)
+            raise refusal(message, "--map", expected, f"{role}={text}", step)
         for joint, name in enumerate(names):
-            self._add_column(role, joint, name, unit)
+            self._map_column(role, joint, name, unit)
 
-    def _add_column(self, role: str, joint: int, name: str, unit: str) -> None:
+    def _map_column(self, role: str, joint: int, name: str, unit: str) -> None:
         if not name:
             expected = f"{role}:{joint + 1}=COLUMN:{unit}, or {role}=:{unit} for all joints"
             raise refusal("no column is named", "--map", expected, f"{role}:{joint + 1}=:{unit}")
         column = _column_named(name, self.table)
-        self.columns[role, joint] = column
+        self.mapped.setdefault(role, {})[joint] = column
         self.units.update({column: unit} if unit else {})
 
 
@@ -128,27 +133,27 @@ def map_option(pair: str) -> str:
     return f"--map {shlex.quote(pair)}"
 
 
-def without_unit(value: str, role: str, table: LogTable) -> tuple[str, str]:
+def _without_unit(value: str, role: str, log: NamedLog) -> tuple[str, str]:
     """Split `NAME:UNIT`; the unit is "" where the whole is a column's name or no unit is given."""
     name, colon, text = value.rpartition(":")
-    if not colon or value in table.names:
+    if not colon or value in log.table.names:
         return value, ""
-    unit = unit_in_words(text) or ""
-    if role == "time" and (unit in TIME_UNITS or rate_in(text) is not None):
-        return name, unit or text
-    if role != "time" and unit and fits_some_joint(unit, role):
-        return name, unit
-    if not name or name in table.names or "*" in name or name.startswith("#"):
-        units = (
-            [*TIME_UNITS, "250Hz"]
-            if role == "time"
-            else {**units_of(role, True, True), **units_of(role, False)}
-        )
-        message, where = f"{text!r} is no unit of {role}", f"--map {role}={value}"
-        raise refusal(
-            message, where, f"{name or 'a column'} alone, or with one of {', '.join(units)}", repr(text)
-        )
-    return value, ""
+    unit, step = unit_in_words(text) or "", None
+    if role == "time":
+        if unit in TIME_UNITS or rate_in(text) is not None:
+            return name, unit or text
+        message, units = f"{text!r} is no unit of time", [*TIME_UNITS, "250Hz"]
+    else:
+        kinds = dict.fromkeys(log.arm.is_revolute)
+        if any(fitting_unit(unit, role, kind, log.has_currents) for kind in kinds):
+            return name, unit
+        message = f"no joint of {log.arm.name} has {role} in {text}"
+        units = [*dict.fromkeys(unit for kind in kinds for unit in units_of(role, kind, log.has_currents))]
+        step = "give --torque-constant, too" if unit in UNITS["current"] and role == "torque" else None
+    if name and not unit and name not in log.table.names and "*" not in name and not name.startswith("#"):
+        return value, ""
+    expected = f"{name or 'a column'} alone, or with one of {', '.join(units)}"
+    raise refusal(message, f"--map {role}={value}", expected, repr(text), step)
 
 
 def _starred(text: str, table: LogTable) -> dict[int, str]:
@@ -176,7 +181,7 @@ def _listed(text: str) -> list[str]:
     return names
 
 
-def joint_named(name: str, arm: RobotArm) -> int:
+def _joint_named(name: str, arm: RobotArm) -> int:
     """Number, from 0, of the arm's joint given by name or by number from 1."""
     number = arm.joint_number(name)
     if number is not None:
@@ -196,19 +201,27 @@ def _column_named(column: str, table: LogTable) -> int:
             return number - 1
     matches = [k for k, name in enumerate(table.names) if name == column and name]
     if not matches:
-        raise no_column(column, table)
+        raise _no_column(column, table)
     if len(matches) > 1:
         numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
         raise refusal(f"{len(matches)} columns are named {column}", "--map", "one column", numbers, step)
     return matches[0]
 
 
-def no_column(column: str, table: LogTable) -> TrajectoryError:
+def _no_column(column: str, table: LogTable) -> TrajectoryError:
     """Error for a column that the log does not have, with names that are near."""
     near = difflib.get_close_matches(column, table.names, n=3)
     place, expected = f"--map; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
     step = f"did you mean {' or '.join(near)}?" if near else "check the name"
     return refusal(f"the log has no column {column!r}", place, expected, listed_names(table.names), step)
+
+
+def typed_columns(columns: Sequence[int], table: LogTable) -> list[str]:
+    """What --map takes for columns: their names, or numbers where these are not their own."""
+    names = [table.names[column] for column in columns]
+    if all(name and "," not in name and table.names.count(name) == 1 for name in names):
+        return names
+    return [f"#{column + 1}" for column in columns]
 
 
 def listed_names(names: Sequence[str]) -> str:

@@ -54,24 +54,34 @@ LONGEST_PHRASE = max(map(len, MEANINGS))
 
 
 @dataclass(frozen=True)
-class NameWord:
-    """A word of a name, in lower case without accents, and where it stands."""
+class Phrase:
+    """A word of a name, or several with one meaning, in lower case without accents, and where it stands."""
 
     text: str
     start: int
     end: int
+    meaning: Meaning | None = None  # None for a number, and for a word that is not known
 
     @property
     def is_count(self) -> bool:
         """Whether it may be the number of a joint."""
         return self.text.isascii() and self.text.isdigit() and len(self.text) < 7
 
+    @property
+    def is_strange(self) -> bool:
+        """Whether it is a word that is not known."""
+        return self.meaning is None and not self.is_count
 
-def placed_words(text: str, offset: int = 0) -> list[NameWord]:
-    """Words of a text that begins at `offset` of a name."""
+    def means(self, *tables: str) -> bool:
+        """Whether its meaning is one of these tables of words.toml."""
+        return self.meaning is not None and self.meaning.of in tables
+
+
+def placed_words(text: str, offset: int = 0) -> list[Phrase]:
+    """Words of a text that begins at `offset` of a name, without their meanings."""
     plain = "".join(unicodedata.normalize("NFKD", sign)[0] if sign.isalpha() else sign for sign in text)
     return [
-        NameWord(match[0].lower(), match.start() + offset, match.end() + offset)
+        Phrase(match[0].lower(), match.start() + offset, match.end() + offset)
         for match in _WORD.finditer(plain)
     ]
 
@@ -81,14 +91,15 @@ def words_in(text: str) -> Words:
     return tuple(word.text for word in placed_words(text))
 
 
-def split_in_two(word: str) -> tuple[Meaning, Meaning] | None:
-    """Meanings of a quantity and a kind written as one word: qdes, posact, istwinkel; None for others."""
-    for k in range(1, len(word)):
-        pair = MEANINGS.get((word[:k],)), MEANINGS.get((word[k:],))
-        first, second = pair
+def meanings_of(words: Words) -> tuple[Meaning, ...]:
+    """Meaning of a phrase; of a word that joins quantity and kind, qdes, posact, istwinkel, both; or none."""
+    if words in MEANINGS:
+        return (MEANINGS[words],)
+    for k in range(1, len(words[0])) if len(words) == 1 else ():
+        first, second = MEANINGS.get((words[0][:k],)), MEANINGS.get((words[0][k:],))
         if first is not None and second is not None and {"kind"} < {first.of, second.of} <= _OF_TWO:
             return first, second
-    return None
+    return ()
 
 
 _OF_TWO = {"kind", *MOTION_QUANTITIES[:4]}
