@@ -22,7 +22,7 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable, nanoseconds_in
-from gd_analyze.motions.text import EMPTY, TextTable
+from gd_analyze.motions.text import TextTable
 from gd_analyze.text import in_python, json_fault, number_in
 
 # Of arrays and of files of arrays, in bytes.
@@ -202,10 +202,7 @@ def read_list_cells(table: TextTable) -> ArrayTable:
             return words if None in numbers else numbers
         if re.fullmatch(r"[-+]?[0-9]{1,18}", cell):
             return int(cell)
-        if cell.lower() in EMPTY:
-            return None
-        number = number_in(table.layout.plain(cell))
-        return cell if number is None else number
+        return table.value(cell)
 
     def values_in(cells: list[str] | TrajectoryError) -> Record | TrajectoryError:
         if isinstance(cells, TrajectoryError):

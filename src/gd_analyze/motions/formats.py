@@ -156,14 +156,16 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
     if not any(table.names) and (echoed := echoed_names(cells)) is not None:
         refuse_long_names(echoed, where)
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
-        return TextTable(path, data, echoed)
+        table.names = echoed
+        return table
     if not any(table.names) and not reading.map:
         content, step = f"numbers in {len(cells)} columns", _naming(table, joints)
         raise refusal("the file has no header line", where, "the names of the columns", content, step)
     if not has_lists(table):
         return table
-    numbered = tuple(f"#{k + 1}" for k in range(len(cells)))
-    return read_list_cells(table if any(table.names) else TextTable(path, data, numbered))
+    if not any(table.names):
+        table.names = tuple(f"#{k + 1}" for k in range(len(cells)))
+    return read_list_cells(table)
 
 
 def _naming(table: LogTable, joints: int) -> str:

@@ -31,7 +31,7 @@ _EPOCH = date(1970, 1, 1).toordinal()
 # Number of first rows by which a column is judged.
 HEAD_ROWS = 200
 # More wrong rows than this are another format.
-MOST_WRONG = 1000
+_MOST_WRONG = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +95,7 @@ class LogTable(ABC):
     names: tuple[str, ...]  # names of the columns; all empty if there is no header
     planned: bool | None = None  # whether the kind of message is a plan; None if unknown
     set_points: bool = False  # whether the file has a header of set points: time, q1, qd1_deg
+    header_line: int | None = None  # line of the names
 
     @abstractmethod
     def head(self, column: int) -> list[str | float]:
@@ -110,8 +111,9 @@ class LogTable(ABC):
         return len(first) > 1 and len(set(first)) == 1
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row, a column or both, counted from 0."""
-        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)
+        """Place of a row, a column or both, counted from 0; a row of a text is found by reading it."""
+        line = self.header_line if row is None else self.lines_of([row])[0]
+        return Location(self.path, line, None if column is None else column + 1)
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order; in a table without lines the row's number from 1."""
@@ -137,12 +139,6 @@ class ArrayTable(LogTable):
     lines: tuple[int, ...] = ()  # of the rows, if they were read from lines of text
     wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
 
-    def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row, a column or both, counted from 0."""
-        if not self.lines or row is None:
-            return super().where(row, column)
-        return Location(self.path, self.lines[row], None if column is None else column + 1)
-
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row."""
         return [self.lines[row] for row in rows] if self.lines else super().lines_of(rows)
@@ -167,11 +163,16 @@ def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> di
         if row not in wrong:
             message = f"{table.label(numbers[k])} is too large for any motion"
             where, expected = table.where(row, numbers[k]), f"numbers up to {LARGEST:g}"
-            wrong[row] = refusal(message, where, expected, str(values[row, k]), "check its unit")
-            if len(wrong) > MOST_WRONG:
-                raise wrong[min(wrong)]
+            add_wrong(wrong, row, refusal(message, where, expected, str(values[row, k]), "check its unit"))
     values[list(wrong)] = np.nan
     return wrong
+
+
+def add_wrong(wrong: dict[int, TrajectoryError], row: int, error: TrajectoryError) -> None:
+    """Add a row that cannot be read; raise the first error where there are too many."""
+    wrong[row] = error
+    if len(wrong) > _MOST_WRONG:
+        raise wrong[min(wrong)]
 
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
