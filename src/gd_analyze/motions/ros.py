@@ -8,11 +8,9 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable, missing_library
+from gd_analyze.motions.table import ArrayTable, gathered, missing_library, refusing_damage
 from gd_analyze.motions.text import is_number
 from gd_analyze.motions.vocabulary import VOCABULARY, words_in
 from gd_analyze.progress import NO_PROGRESS, Progress
@@ -26,6 +24,7 @@ _ECHOED = ("position", "velocity", "effort")
 _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
+_STAMP, _ARRIVAL = "header/stamp_ns", "received/time_ns"
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
 _INTEGER = re.compile(r"[0-9]{1,19}")
 # Messages of a bag after which progress is reported again.
@@ -39,7 +38,8 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGR
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing_library("rosbags", path) from None
-    try:
+    step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
+    with refusing_damage(path, "the bag cannot be read", "a whole bag of ROS", step):
         with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             chosen = _connections(reader.connections, topic, path)
             states = all(connection.msgtype == _STATE for connection in chosen)
@@ -49,14 +49,7 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGR
                 for connection, received, raw in reader.messages(connections=chosen)
             )
             progress.stage("reading", sum(connection.msgcount for connection in chosen))
-            return _gathered(path, messages, commanded, progress)
-    except TrajectoryError:
-        raise
-    # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
-    except Exception as error:
-        fault, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
-        step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
-        raise refusal("the bag cannot be read", Location(path), expected, fault, step) from None
+            return _table_of(path, messages, commanded, progress)
 
 
 def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:
@@ -127,47 +120,40 @@ def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str
             yield f"{prefix}{name}/{quantity}", float(value)
 
 
-def _gathered(
-    path: str | Path,
-    messages: Iterable[tuple[Any, str, int]],
-    commanded: bool,
-    progress: Progress,
-) -> ArrayTable:
-    """Rows of messages, each with its kind and time of arrival, ns; nan for missing joints.
+def _records(
+    messages: Iterable[tuple[Any, str, int]], plans: list[int], progress: Progress
+) -> Iterator[dict[str, float]]:
+    """Rows of messages, each with its kind and time of arrival, ns; `plans` takes the points of each plan.
 
     Raises ValueError if a message is inconsistent.
     """
-    columns: dict[str, list[float]] = {}
-    stamps: list[int] = []
-    arrivals: list[int] = []
-    plans: list[int] = []  # points of each JointTrajectory
-    for number, (message, kind, received) in enumerate(messages):
+    for number, (message, kind, received) in enumerate(messages, start=1):
         try:
             stamp = _nanoseconds(message.header.stamp)
             rows = list(_rows_of(message, kind))
         except ValueError as error:
-            raise ValueError(f"in message {number + 1}, {error}") from None
+            raise ValueError(f"in message {number}, {error}") from None
         if kind == _TRAJECTORY:
             plans.append(len(rows))
         for later, values in rows:
-            for key, value in values.items():
-                column = columns.setdefault(key, [])
-                column.extend([np.nan] * (len(stamps) - len(column)))
-                column.append(value)
-            stamps.append(stamp + later)
-            arrivals.append(received + later)
-        if (number + 1) % _MESSAGES_PER_REPORT == 0:
+            yield {_STAMP: stamp + later, _ARRIVAL: received + later, **values}
+        if number % _MESSAGES_PER_REPORT == 0:
             progress.advance(_MESSAGES_PER_REPORT)
-    if not columns:
-        expected = "messages with names and positions of joints"
-        content = f"{len(stamps)} messages without numbers" if stamps else "no message"
-        raise refusal("the log contains no motion", Location(path), expected, content, "check the recording")
+
+
+def _table_of(
+    path: Path, messages: Iterable[tuple[Any, str, int]], commanded: bool, progress: Progress
+) -> ArrayTable:
+    """Rows of messages; nan for missing joints."""
+    plans: list[int] = []
+    columns = gathered(_records(messages, plans, progress))
+    if not {*columns} - {_STAMP, _ARRIVAL}:
+        expected, step = "messages with names and positions of joints", "check the recording"
+        content = f"{len(columns[_STAMP])} messages without numbers" if columns else "no message"
+        raise refusal("the log contains no motion", Location(path), expected, content, step)
     lengths = [str(points) for points in plans if points > 1]
     if len(lengths) > 1:
         problem, content = f"the log contains {len(lengths)} trajectories", f"{', '.join(lengths[:6])} points"
         expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
         raise refusal(problem, Location(path), expected, content, step)
-    numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]
-    times = (np.array(stamps, dtype=np.int64), np.array(arrivals, dtype=np.int64))
-    names = ("header/stamp_ns", "received/time_ns", *columns)
-    return ArrayTable(path, names, (*times, *numbers), commanded or bool(plans) or None)
+    return ArrayTable(path, tuple(columns), tuple(columns.values()), commanded or bool(plans) or None)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from datetime import date
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +178,32 @@ def add_wrong(wrong: dict[int, TrajectoryError], row: int, error: TrajectoryErro
         raise wrong[min(wrong)]
 
 
+def gathered(rows: Iterable[Mapping[str, float]]) -> dict[str, NDArray[Any]]:
+    """Columns by name of rows that hold numbers by name; nan where a row has none."""
+    columns: dict[str, list[float]] = {}
+    count = 0
+    for row in rows:
+        for name, value in row.items():
+            column = columns.setdefault(name, [])
+            column.extend([math.nan] * (count - len(column)))
+            column.append(value)
+        count += 1
+    return {name: np.array(column + [math.nan] * (count - len(column))) for name, column in columns.items()}
+
+
+@contextmanager
+def refusing_damage(path: str | Path, message: str, expected: str, next_step: str) -> Iterator[None]:
+    """Turn what a library raises on a damaged file into a TrajectoryError."""
+    try:
+        yield
+    except TrajectoryError:
+        raise
+    # Every part of these libraries fails in its own way: zip, struct, SQLite, HDF5, assertions, memory.
+    except Exception as error:
+        fault = str(error).split("\n", 1)[0] or type(error).__name__
+        raise refusal(message, Location(path), expected, fault, next_step) from None
+
+
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
     """Error for a log that needs a missing library."""
     message, step = f"this log needs the library {library}", f"pip install {library}"
@@ -188,103 +217,89 @@ class ParquetTable(LogTable):
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = path
         try:
             import pyarrow
             import pyarrow.parquet
         except ImportError:
             raise missing_library("pyarrow", path) from None
-        self._arrow = pyarrow
-        # Errors raised by a damaged file.
-        self._errors = (OSError, ValueError, pyarrow.lib.ArrowException)
-        try:
+        self.path, self._arrow = path, pyarrow
+        # Of each column: its name, the field that holds it, and its index in a list, from 0
+        columns: list[tuple[str, str, int | None]] = []
+        with self._refusing_damage():
             self._file = pyarrow.parquet.ParquetFile(path)
-            self._first = next(self._file.iter_batches(HEAD_ROWS), None)
-            self._fields = [element for field in self._file.schema_arrow for element in self._elements(field)]
-        except self._errors as error:
-            raise self._broken(error) from None
-        self.names = tuple(
-            f"{name} [ns]" if _is_instant(kind) else f"{name}_{at + 1}" if at is not None else name
-            for name, kind, at in self._fields
-        )
+            batches, schema = self._file.iter_batches(HEAD_ROWS), self._file.schema_arrow
+            self._first = pyarrow.Table.from_batches(islice(batches, 1), schema)
+            for field in schema:
+                name, cells = field.name, self._first.column(field.name)
+                if pyarrow.types.is_list(field.type) or pyarrow.types.is_fixed_size_list(field.type):
+                    width = len(cells[0].as_py() or ()) if len(cells) else 0
+                    columns += [(f"{name}_{k + 1}", name, k) for k in range(width)]
+                else:
+                    columns.append((f"{name} [ns]" if self._are_instants(cells) else name, name, None))
+        self.names, self._fields = tuple(name for name, *_ in columns), [field for _, *field in columns]
+
+    def _refusing_damage(self) -> AbstractContextManager[None]:
+        message = "the log cannot be read as Parquet"
+        return refusing_damage(self.path, message, "a Parquet file", "write it again")
+
+    def _are_instants(self, cells: Any) -> bool:
+        """Whether cells are instants, or texts of which the first is a date."""
+        types = self._arrow.types
+        if types.is_string(cells.type):
+            return nanoseconds_in(next(filter(None, cells.to_pylist()), "")) is not None
+        return bool(types.is_timestamp(cells.type) or types.is_duration(cells.type))
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column."""
-        kind = self._fields[column][1]
-        if not _is_instant(kind) and not str(kind).startswith(("int", "uint", "float", "double", "half")):
-            return ["text"]
-        try:
-            return [] if self._first is None else list(self._numbers(self._of(self._first, column)).tolist())
-        except self._errors as error:  # also for numbers beyond signed 64 bits
-            raise self._broken(error) from None
+        with self._refusing_damage():  # also for numbers beyond signed 64 bits
+            cells = self._cells(self._first, column)
+            return ["text"] if cells is None else list(cells.tolist())
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, one row group at a time."""
         table = np.empty((self._file.metadata.num_rows, len(numbers)))
         instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]
-        columns = sorted({*numbers, *stamps})
+        fields = list(dict.fromkeys(self._fields[k][0] for k in sorted({*numbers, *stamps})))
         row, groups = 0, self._file.metadata.num_row_groups
         progress.stage("reading", groups)
-        try:
+        with self._refusing_damage():
             for group in range(groups):
-                names = dict.fromkeys(self._fields[k][0] for k in columns)
-                read = self._file.read_row_group(group, columns=list(names))
-                arrays = {k: self._of(read, k) for k in columns}
+                rows = self._file.read_row_group(group, columns=fields)
                 for i, k in enumerate(numbers):
-                    table[row : row + read.num_rows, i] = self._numbers(arrays[k], exact=False)
+                    table[row : row + rows.num_rows, i] = self._cells(rows, k)
                 for parts, k in zip(instants, stamps, strict=True):
-                    parts.append(self._numbers(arrays[k]))
-                row += read.num_rows
+                    parts.append(self._cells(rows, k))
+                row += rows.num_rows
                 progress.advance()
-        except self._errors as error:
-            raise self._broken(error) from None
         wrong = too_large(self, table, numbers)
         return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants), wrong=wrong)
 
-    def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
-        """Name, type and index in the list, from 0, of a field's columns."""
-        if self._arrow.types.is_string(field.type) and self._first is not None:
-            cells = (cell for cell in self._first.column(field.name).to_pylist() if cell)
-            is_date = nanoseconds_in(next(cells, "")) is not None
-            return [(field.name, self._arrow.duration("ns") if is_date else field.type, None)]
-        if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
-            return [(field.name, field.type, None)]
-        first = self._first.column(field.name)[0].as_py() if self._first else None
-        return [(field.name, field.type.value_type, k) for k in range(len(first or ()))]
-
-    def _of(self, rows: Any, column: int) -> Any:
-        """A column of some rows."""
-        name, _, at = self._fields[column]
-        values = rows.column(name)
-        if self._arrow.types.is_string(values.type):
-            return self._arrow.array(map(self._date, values.to_pylist()), self._arrow.duration("ns"))
-        if at is None:
-            return values
+    def _cells(self, rows: Any, column: int) -> NDArray[Any] | None:
+        """Cells of a column in some rows: whole numbers or floats, instants in nanoseconds; None for text."""
         import pyarrow.compute
 
-        return pyarrow.compute.list_element(values, at)
-
-    def _date(self, cell: str | None) -> int | None:
-        instant = nanoseconds_in(cell) if cell else None
-        if cell and instant is None:
-            raise ValueError(f"{in_python(cell)} is no date and time, as the first cell is")
-        return instant
-
-    def _numbers(self, column: Any, *, exact: bool = True) -> Any:
-        """Floats, or integers if the file has them; instants in nanoseconds."""
-        if _is_instant(column.type):
-            kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
-            column = column.cast(kind("ns")).cast(self._arrow.int64())
-        is_whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
-        # A batch must be told to copy, a table's column has no such argument.
-        options = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
+        types, (field, element) = self._arrow.types, self._fields[column]
+        cells = rows.column(field)
+        if self.names[column] == f"{field} [ns]":
+            cells = self._nanoseconds(cells)
+        elif element is not None:
+            cells = pyarrow.compute.list_element(cells, element)
+        if not types.is_integer(cells.type) and not types.is_floating(cells.type):
+            return None
+        is_whole = types.is_integer(cells.type) and not cells.null_count
         kind = self._arrow.int64() if is_whole else self._arrow.float64()
-        return column.cast(kind, safe=is_whole).to_numpy(**options)
+        return np.asarray(cells.cast(kind, safe=is_whole))
 
-    def _broken(self, error: Exception) -> TrajectoryError:
-        where, fault = Location(self.path), str(error).split("\n", 1)[0]
-        return refusal("the log cannot be read as Parquet", where, "a Parquet file", fault, "write it again")
-
-
-def _is_instant(kind: Any) -> bool:
-    return str(kind).startswith(("timestamp", "duration"))
+    def _nanoseconds(self, cells: Any) -> Any:
+        """Instants as whole numbers."""
+        if not self._arrow.types.is_string(cells.type):
+            kind = (
+                self._arrow.timestamp if self._arrow.types.is_timestamp(cells.type) else self._arrow.duration
+            )
+            return cells.cast(kind("ns")).cast(self._arrow.int64())
+        texts = cells.to_pylist()
+        dates = [nanoseconds_in(text) if text else None for text in texts]
+        for text, date_ns in zip(texts, dates, strict=True):
+            if text and date_ns is None:
+                raise ValueError(f"{in_python(text)} is no date and time, as the first cell is")
+        return self._arrow.array(dates, self._arrow.int64())

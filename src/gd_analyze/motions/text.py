@@ -249,7 +249,9 @@ class TextTable(LogTable):
                 cell = cells[column]
                 if cell != expected and not (or_empty and cell.lower() in EMPTY):
                     where, step = Location(self.path, number, column + 1), "write each arm's rows to a file"
-                    raise refusal("the joints' names change", where, f"{expected}, as before", cell, step)
+                    raise refusal(
+                        "the joints' names change", where, f"{expected}, as before", cell or "nothing", step
+                    )
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column; dates in seconds."""
