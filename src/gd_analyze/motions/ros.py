@@ -39,17 +39,19 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGR
     except ImportError:
         raise missing_library("rosbags", path) from None
     step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
-    with refusing_damage(path, "the bag cannot be read", "a whole bag of ROS", step):
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            chosen = _connections(reader.connections, topic, path)
-            states = all(connection.msgtype == _STATE for connection in chosen)
-            commanded = states and bool({*words_in(chosen[0].topic)} & VOCABULARY["kind"]["target"])
-            messages = (
-                (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
-                for connection, received, raw in reader.messages(connections=chosen)
-            )
-            progress.stage("reading", sum(connection.msgcount for connection in chosen))
-            return _table_of(path, messages, commanded, progress)
+    with (
+        refusing_damage(path, "the bag cannot be read", "a whole bag of ROS", step),
+        AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
+    ):
+        chosen = _connections(reader.connections, topic, path)
+        states = all(connection.msgtype == _STATE for connection in chosen)
+        commanded = states and bool({*words_in(chosen[0].topic)} & VOCABULARY["kind"]["target"])
+        messages = (
+            (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
+            for connection, received, raw in reader.messages(connections=chosen)
+        )
+        progress.stage("reading", sum(connection.msgcount for connection in chosen))
+        return _table_of(path, messages, commanded, progress)
 
 
 def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:

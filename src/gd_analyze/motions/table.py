@@ -24,10 +24,9 @@ from gd_analyze.text import LARGEST, in_python, visible
 
 # 2025-03-04T10:20:30.016Z, 04.03.2025 10:20:30,016, 10:20:30.016; not 03/04/2025, which has two meanings.
 _INSTANT = re.compile(
-    r"(?:(?:(?P<year>[0-9]{4})[-/](?P<month>[0-9]{1,2})[-/](?P<day>[0-9]{1,2})"
-    r"|(?P<d>[0-9]{1,2})\.(?P<m>[0-9]{1,2})\.(?P<y>[0-9]{4}))[T ]+)?"
-    r"(?P<hours>[0-9]{1,2}):(?P<minutes>[0-5][0-9]):(?P<seconds>[0-5][0-9])(?:[.,:](?P<fraction>[0-9]{1,12}))?"
-    r" ?(?:Z|UTC|(?P<sign>[+-])(?P<zone_hours>[0-9]{2}):?(?P<zone_minutes>[0-9]{2}))?"
+    r"(?:([0-9]{4}[-/][0-9]{1,2}[-/][0-9]{1,2}|[0-9]{1,2}\.[0-9]{1,2}\.[0-9]{4})[T ]+)?"
+    r"([0-9]{1,2}):([0-5][0-9]):([0-5][0-9])(?:[.,:]([0-9]{1,12}))?"
+    r" ?(?:Z|UTC|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
 _EPOCH = date(1970, 1, 1).toordinal()
 
@@ -64,20 +63,17 @@ def nanoseconds_in(text: str) -> int | None:
     match = _INSTANT.fullmatch(text.strip())
     if match is None:
         return None
-    try:
-        day = date(*(int(match[k]) for k in ("year", "month", "day"))) if match["year"] else None
-        day = date(*(int(match[k]) for k in ("y", "m", "d"))) if match["y"] else day
-    except ValueError:
-        return None
-    hours, minutes, seconds = (int(match[k]) for k in ("hours", "minutes", "seconds"))
-    days = 0 if day is None else day.toordinal() - _EPOCH
-    zone = (
-        int(f"{match['sign']}{int(match['zone_hours']) * 60 + int(match['zone_minutes'])}")
-        if match["sign"]
-        else 0
-    )
-    whole = days * 86400 + hours * 3600 + (minutes - zone) * 60 + seconds
-    return whole * 10**9 + int((match["fraction"] or "").ljust(9, "0")[:9])
+    day, hours, minutes, seconds, fraction, sign, *zone = match.groups()
+    days = 0
+    if day:
+        parts = [int(part) for part in re.split("[-/.]", day)]
+        try:
+            days = date(*(parts[::-1] if "." in day else parts)).toordinal() - _EPOCH
+        except ValueError:
+            return None
+    ahead = int(zone[0]) * 60 + int(zone[1]) if sign else 0
+    whole_minutes = days * 1440 + int(hours) * 60 + int(minutes) - (-ahead if sign == "-" else ahead)
+    return (whole_minutes * 60 + int(seconds)) * 10**9 + int((fraction or "").ljust(9, "0")[:9])
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,12 +7,12 @@ import io
 import math
 import re
 import shlex
-import sys
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -180,33 +180,7 @@ _GROWTH_DIVISOR = 8
 # Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off, which a
 # signed integer of 64 bits holds.
 _LARGEST_EXACT_INSTANT = 1e6
-_LARGEST_EPOCH = 2.0**62
-
-
-@dataclass(frozen=True)
-class _Epoch:
-    """Begin of a column's instants, which doubles do not hold to the last digit."""
-
-    base: int  # subtracted from the instants
-    is_date: bool  # whether they are dates or times of day, then in nanoseconds
-
-
-@dataclass(frozen=True)
-class _Wanted:
-    """Columns to be read: numbers, and instants with their epochs."""
-
-    numbers: Sequence[int]
-    epochs: Mapping[int, _Epoch | None]
-
-    @property
-    def columns(self) -> list[int]:
-        """All of them, in the order of the table that is read."""
-        return [*self.numbers, *self.epochs]
-
-    @property
-    def largest(self) -> FloatArray:
-        """Largest magnitude in each; a stamp may have any."""
-        return np.repeat([LARGEST, sys.float_info.max], [len(self.numbers), len(self.epochs)])
+_LARGEST_BASE = 2.0**62
 
 
 class TextTable(LogTable):
@@ -229,8 +203,8 @@ class TextTable(LogTable):
         rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
         self._head = [self._cells(number, line) for number, line in rows]
         self.first_cells = self._head[0]
-        dated = any(nanoseconds_in(self._first(k)) is not None for k in range(len(self.names)))
-        self.set_points = all(self.names) and are_of_set_points(self.names) and not dated
+        self._dates = [k for k in range(len(self.names)) if nanoseconds_in(self._first(k)) is not None]
+        self.set_points = all(self.names) and are_of_set_points(self.names) and not self._dates
 
     def _cells(self, number: int, line: str) -> list[str]:
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
@@ -301,15 +275,15 @@ class TextTable(LogTable):
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        wanted = _Wanted(numbers, {k: None if k in numbers else self._epoch(k) for k in stamps})
+        bases = {column: self._base(column) for column in stamps}
         values, count, width = np.empty((0, len(numbers))), 0, len(numbers)
         offsets = [np.empty((0, len(stamps)))]
         gaps, wrong = list[int](), dict[int, TrajectoryError]()
         for block in self._blocks(progress):
             gaps += [count + gap for gap in block.gaps]
-            table = self._by_pandas(block, wanted) if block.numbers else None
+            table = self._by_pandas(block, numbers, bases) if block.numbers else None
             if table is None:
-                table, of_block = self._by_lines(block, wanted)
+                table, of_block = self._by_lines(block, numbers, bases)
                 for row, error in of_block.items():
                     add_wrong(wrong, count + row, error)
             end = count + len(table)
@@ -320,39 +294,39 @@ class TextTable(LogTable):
             offsets.append(table[:, width:].copy())
             count = end
         values.resize((count, width), refcheck=False)
-        instants = (
-            Stamps(0, of_column) if epoch is None else Stamps(epoch.base, of_column, "ns" * epoch.is_date)
-            for epoch, of_column in zip(wanted.epochs.values(), np.concatenate(offsets).T, strict=True)
+        instants = tuple(
+            Stamps(bases[column] or 0, of_column, "ns" if column in self._dates else "")
+            for column, of_column in zip(stamps, np.concatenate(offsets).T, strict=True)
         )
         gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < count]
-        return Columns(values, tuple(instants), tuple(gaps), wrong)
+        return Columns(values, instants, tuple(gaps), wrong)
 
-    def _epoch(self, column: int) -> _Epoch | None:
-        """Epoch of a column's instants, by the first; None where doubles hold them."""
+    def _base(self, column: int) -> int | None:
+        """Integer by which a column's instants are lessened, by the first; None where doubles hold them."""
         first = self._first(column)
-        date, number = nanoseconds_in(first), number_in(self.layout.plain(first))
-        if date is not None:
-            return _Epoch(date, True)
-        is_large = number is not None and _LARGEST_EXACT_INSTANT <= abs(number) < _LARGEST_EPOCH
-        return _Epoch(int(number), False) if number is not None and is_large else None
+        number = number_in(self.layout.plain(first))
+        is_large = number is not None and _LARGEST_EXACT_INSTANT <= abs(number) < _LARGEST_BASE
+        return int(number) if number is not None and is_large else nanoseconds_in(first)
 
-    def _offset(self, cell: str, epoch: _Epoch) -> float:
-        """Instant in a cell since the epoch, by its digits; ValueError or ArithmeticError if it is none."""
-        if epoch.is_date:
+    def _offset(self, cell: str, column: int, base: int) -> float:
+        """Instant in a cell from the base, by its digits; ValueError or ArithmeticError if it is none."""
+        if column in self._dates:
             instant: int | Decimal | None = nanoseconds_in(cell)
         else:
             plain = self.layout.plain(cell)
             instant = None if number_in(plain) in (None, math.inf, -math.inf) else Decimal(plain)
         if instant is None:
             raise ValueError
-        return float(instant - epoch.base)
+        return float(instant - base)
 
-    def _by_pandas(self, block: _Block, wanted: _Wanted) -> FloatArray | None:
-        """Columns of a block, shape (N, k); None if a row may be wrong."""
+    def _by_pandas(
+        self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
+    ) -> FloatArray | None:
+        """Columns of numbers, then of instants, of a block; None if a row may be wrong."""
         import pandas as pd
 
-        layout, columns = self.layout, wanted.columns
-        epochs = {column: epoch for column, epoch in wanted.epochs.items() if epoch is not None}
+        layout, columns = self.layout, [*numbers, *bases]
+        as_text = {column: base for column, base in bases.items() if base is not None}
         # Since 3.1 pandas reads every digit, and warns if told to.
         release = tuple(int(part) for part in pd.__version__.split(".")[:2])
         options: dict[str, Any] = {} if release >= (3, 1) else {"float_precision": "round_trip"}
@@ -368,7 +342,7 @@ class TextTable(LogTable):
                 usecols=sorted({*columns}),
                 sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
                 decimal=layout.decimal,
-                dtype={column: object if column in epochs else float for column in columns},
+                dtype={column: object if column in as_text else float for column in columns},
                 skipinitialspace=True,
                 keep_default_na=False,
                 na_values=_NOT_GIVEN,
@@ -377,16 +351,14 @@ class TextTable(LogTable):
                 low_memory=False,
                 **options,
             )
-            for column, epoch in epochs.items():
-                cells = frame[column]
-                frame[column] = [
-                    cell if isinstance(cell, float) else self._offset(cell, epoch) for cell in cells
-                ]
+            for column, base in as_text.items():
+                offset = partial(self._offset, column=column, base=base)
+                frame[column] = frame[column].map(offset, na_action="ignore")
         except (ValueError, ArithmeticError, csv.Error):
             return None
         table = frame[columns].to_numpy(dtype=float)
-        is_wrong = len(table) != len(block.numbers) or (np.abs(table) > wanted.largest).any()
-        return None if is_wrong else table
+        is_possible = not np.isinf(table).any() and not (np.abs(table[:, : len(numbers)]) > LARGEST).any()
+        return table if is_possible and len(table) == len(block.numbers) else None
 
     def _widths(self, block: _Block) -> list[int]:
         """Number of cells in each line; csv.Error if a quote is left open."""
@@ -395,41 +367,37 @@ class TextTable(LogTable):
             return [len(line.split()) for line in lines]
         if b'"' not in block.data:
             return [line.count(sign.encode()) + 1 for line in lines]
-        texts = [line for _, line in block.lines]
-        widths = [len(cells) for cells in csv.reader(texts, delimiter=sign, strict=True)]
-        return widths if len(widths) == len(texts) else []
+        return [
+            len(cells) for cells in csv.reader((text for _, text in block.lines), delimiter=sign, strict=True)
+        ]
 
-    def _by_lines(self, block: _Block, wanted: _Wanted) -> tuple[FloatArray, dict[int, TrajectoryError]]:
-        """Columns of a block, nan in rows that are wrong, and why they are; slow, but finds the place."""
-        columns = wanted.columns
-        largest = dict(zip(reversed(columns), reversed(wanted.largest.tolist()), strict=True))
+    def _by_lines(
+        self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
+    ) -> tuple[FloatArray, dict[int, TrajectoryError]]:
+        """The same, nan in rows that are wrong, and why they are; slow, but finds the place."""
+        columns = [*numbers, *bases]
         table = np.full((len(block.numbers), len(columns)), np.nan)
         wrong: dict[int, TrajectoryError] = {}
         for row, (line, text) in enumerate(block.lines):
             try:
                 cells = self._row(line, text)
-                values = {
-                    column: self._number(
-                        cells[column], line, column, wanted.epochs.get(column), largest[column]
-                    )
-                    for column in sorted(largest)
-                }
+                values = {k: self._number(cells[k], k, line, bases) for k in sorted(columns)}
             except TrajectoryError as error:
                 add_wrong(wrong, row, error.with_traceback(None))  # which holds the block
             else:
                 table[row] = [values[column] for column in columns]
         return table, wrong
 
-    def _number(self, cell: str, line: int, column: int, epoch: _Epoch | None, largest: float) -> float:
-        """Number in a cell, or time since its epoch; nan where it is empty, TrajectoryError for words."""
-        where = Location(self.path, line, column + 1)
-        name, plain = self.label(column), self.layout.plain(cell)
+    def _number(self, cell: str, column: int, line: int, bases: Mapping[int, int | None]) -> float:
+        """Number in a cell, or time from the base; nan where it is empty, TrajectoryError for words."""
         if cell.lower() in EMPTY:
             return math.nan
-        if epoch is not None:
+        where, base = Location(self.path, line, column + 1), bases.get(column)
+        name, plain = self.label(column), self.layout.plain(cell)
+        if base is not None:
             with suppress(ValueError, ArithmeticError):
-                return self._offset(cell, epoch)
-            if epoch.is_date:
+                return self._offset(cell, column, base)
+            if column in self._dates:
                 message, expected = f"{name} is not a date", "a date and time, as before"
                 raise refusal(message, where, expected, in_python(cell), "correct the cell")
         if cell.lower() in _INFINITE:
@@ -440,10 +408,11 @@ class TextTable(LogTable):
             expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
             step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(plain) else "correct the cell"
             raise refusal(f"{name} is not a number", where, expected, in_python(plain), step)
-        if abs(number) > largest:
+        # A stamp may have any size.
+        if abs(number) > (math.nextafter(math.inf, 0) if column in bases else LARGEST):
             expected, step = f"numbers up to {LARGEST:g}", "check its unit: time is in seconds"
             raise refusal(f"{name} is too large for any motion", where, expected, in_python(plain), step)
-        return number if epoch is None else number - epoch.base
+        return number - (base or 0)
 
     def _blocks(self, progress: Progress = NO_PROGRESS) -> Iterator[_Block]:
         """The rows, some megabytes at a time."""
@@ -460,11 +429,7 @@ class TextTable(LogTable):
                 number += lines.count(b"\n")
 
     def _opened(self) -> BinaryIO:
-        try:
-            return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
-        except OSError as error:
-            reason, step = error.strerror or str(error), "give the path of a file you may read"
-            raise refusal("cannot read the file", Location(self.path), "a file", reason, step) from None
+        return Path(self.path).open("rb") if self.data is None else io.BytesIO(self.data)
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import numbers
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -130,17 +130,18 @@ class Trajectory:
     def __post_init__(self) -> None:
         where = f"trajectory {self.name}"
         if self.qd is None or self.qdd is None:
-            self._derive()
+            arrays = _arrays(self.time, self.q, self.qd, self.qdd)
+            derived = Trajectory.from_log(_log(arrays, None, self.name, self.origin, self.gaps))
+            for name in ("time", "q", "qd", "qdd", "derivatives_from", "gaps", "recording"):
+                object.__setattr__(self, name, getattr(derived, name))
         for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
             array = frozen(values)
-            wrong = (
-                chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in chunks(len(array))
-            )
-            for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
-                problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
-                step = "check units, and that no two set points share almost the same instant"
-                expected = f"finite numbers up to {LARGEST:g} in SI units"
-                raise refusal(problem, where, expected, str(array[row].tolist()), step)
+            for chunk in chunks(len(array)):
+                for row in np.argwhere(~(np.abs(array[chunk]) <= LARGEST))[:1, 0] + chunk.start:
+                    problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
+                    step = "check units, and that no two set points share almost the same instant"
+                    expected = f"finite numbers up to {LARGEST:g} in SI units"
+                    raise refusal(problem, where, expected, str(array[row].tolist()), step)
             object.__setattr__(self, name, array)
         for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
             expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
@@ -151,15 +152,6 @@ class Trajectory:
         if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
             expected = f"ascending numbers from 1 to {len(self.q) - 1}"
             raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
-
-    def _derive(self) -> None:
-        """Set the velocities and accelerations that were left out."""
-        arrays = _arrays(self.time, self.q, self.qd, self.qdd)
-        rows = (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
-        log = Log(arrays["time"], *rows, False, (), self.name, self.origin, self.gaps, judged=True)
-        derived = Trajectory.from_log(log)
-        for name in ("time", "q", "qd", "qdd", "derivatives_from", "gaps", "recording"):
-            object.__setattr__(self, name, getattr(derived, name))
 
     @classmethod
     def from_arrays(
@@ -204,10 +196,9 @@ class Trajectory:
         >>> Trajectory.from_arrays(time, readings, measured=True).recording.measured
         True
         """
-        arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
-        origin, rows = "arrays in memory", (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
-        logged = Log(arrays["time"], *rows, bool(measured), (), name, origin)
-        return cls.from_log(replace(logged, gaps=gaps, judged=measured is None), arm, treatment)
+        gaps = None if measured else ()
+        logged = _log(_arrays(time, q, qd, qdd), measured, name, "arrays in memory", gaps)
+        return cls.from_log(logged, arm, treatment)
 
     @classmethod
     def from_log(
@@ -304,24 +295,17 @@ class Trajectory:
     @cached_property
     def extreme_at(self) -> NDArray[np.intp]:
         """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
-        arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
-        places = np.zeros((3, 2, self.n_joints), dtype=np.intp)
-        for chunk in chunks(self.n_set_points):
-            for array, at in zip(arrays, places, strict=True):
-                block = array[chunk]
-                for row, pick, sign in zip(
-                    at, (block.argmin(axis=0), block.argmax(axis=0)), (-1, 1), strict=True
-                ):
-                    beyond = sign * block[pick, joints] > sign * array[row, joints]
-                    row[beyond] = chunk.start + pick[beyond]
-        return places
+        ends = [
+            [[values.argmin(), values.argmax()] for values in array.T]
+            for array in (self.q, self.qd, self.qdd)
+        ]
+        return np.array(ends, dtype=np.intp).swapaxes(1, 2)
 
     @cached_property
     def extremes(self) -> FloatArray:
         """Smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
-        joints = np.arange(self.n_joints)
         pairs = zip((self.q, self.qd, self.qdd), self.extreme_at, strict=True)
-        return np.stack([array[at, joints] for array, at in pairs])
+        return np.stack([np.take_along_axis(array, at, axis=0) for array, at in pairs])
 
     @cached_property
     def fingerprint(self) -> str:
@@ -349,6 +333,28 @@ def _arrays(
         if array.shape != expected_shape:
             raise refusal(f"{name} has the wrong shape", name, str(expected_shape), str(array.shape))
     return arrays
+
+
+def _log(
+    arrays: Mapping[str, FloatArray],
+    measured: bool | None,
+    name: str,
+    origin: str,
+    gaps: tuple[int, ...] | None,
+) -> Log:
+    """Arrays as a log; if `measured` is None, their numbers tell whether they are readings."""
+    return Log(
+        time=arrays["time"],
+        q=arrays["q"],
+        qd=arrays.get("qd"),
+        qdd=arrays.get("qdd"),
+        torque=None,
+        measured=bool(measured),
+        name=name,
+        origin=origin,
+        gaps=gaps,
+        judged=measured is None,
+    )
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
