@@ -108,11 +108,8 @@ def _stream(path: Path | None) -> bytes:
     except OSError as error:
         raise _unreadable(name, error) from None
     if data is None:
-        expected, step = (
-            f"up to {megabytes(_LARGEST_STREAM_BYTES)}",
-            "write fewer set points, or split the motion",
-        )
-        raise refusal("the trajectory is too large to be read", Location(name), expected, "more", step)
+        most, step = megabytes(_LARGEST_STREAM_BYTES), "write fewer set points, or split the motion"
+        raise refusal("the trajectory is too large to be read", Location(name), f"up to {most}", "more", step)
     return data
 
 
@@ -123,19 +120,21 @@ def _unreadable(path: Path, error: OSError) -> TrajectoryError:
 
 
 def _begin(path: Path) -> bytes:
-    with suppress(OSError), path.open("rb") as file:
-        return file.read(len(_LFS))
-    return b""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_LFS))
+    except OSError as error:
+        raise _unreadable(path, error) from None
 
 
 def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progress, joints: int) -> LogTable:
     """The table of a file, with names from its header, its messages, or the user."""
     kind = None if data is not None else _format(path)
-    begin = data if data is not None or path.is_dir() else _begin(path)
-    if (begin or b"").startswith(_LFS):
+    begin = data if data is not None else b"" if path.is_dir() else _begin(path)
+    if begin.startswith(_LFS):
         content, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
         raise refusal("this is not a log", Location(path), "the log itself", content, step)
-    if path.suffix.lower() in (".yaml", ".yml") or (begin or b"").startswith(b"header:"):
+    if path.suffix.lower() in (".yaml", ".yml") or begin.startswith(b"header:"):
         expected, content = "a bag, or what `ros2 topic echo --csv` prints", "messages in YAML"
         step = "record a bag with `ros2 bag record /joint_states`, or echo the topic as CSV"
         raise refusal("the log cannot be read", Location(path), expected, content, step)
@@ -145,7 +144,7 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
         return ParquetTable(path)
     if kind == "arrays":
         return READERS[path.suffix.lower()](path)
-    if kind == "json" or begins_json(begin or b""):
+    if kind == "json" or begins_json(begin):
         return read_json(path, data)
     table = TextTable(path, data)
     where = Location(path, table.layout.first)

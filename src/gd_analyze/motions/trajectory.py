@@ -27,6 +27,7 @@ from gd_analyze.text import LARGEST, counted, html_of, number
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+Gaps = tuple[int, ...]
 # Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
 _TO_DERIVE: Any = None
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
@@ -122,7 +123,7 @@ class Trajectory:
     name: str = "trajectory"
     origin: str = ""
     derivatives_from: str = "given"
-    gaps: tuple[int, ...] = ()
+    gaps: Gaps = ()
     recording: Recording | None = None
     motions: tuple[Motion, ...] = ()
     whole: Whole | None = None
@@ -196,9 +197,8 @@ class Trajectory:
         >>> Trajectory.from_arrays(time, readings, measured=True).recording.measured
         True
         """
-        gaps = None if measured else ()
-        logged = _log(_arrays(time, q, qd, qdd), measured, name, "arrays in memory", gaps)
-        return cls.from_log(logged, arm, treatment)
+        arrays = _arrays(time, q, qd, qdd)
+        return cls.from_log(_log(arrays, measured, name, "arrays in memory", ()), arm, treatment)
 
     @classmethod
     def from_log(
@@ -295,11 +295,10 @@ class Trajectory:
     @cached_property
     def extreme_at(self) -> NDArray[np.intp]:
         """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
-        ends = [
-            [[values.argmin(), values.argmax()] for values in array.T]
-            for array in (self.q, self.qd, self.qdd)
-        ]
-        return np.array(ends, dtype=np.intp).swapaxes(1, 2)
+        # A column at a time: of a whole array they would copy it.
+        columns = (column for array in (self.q, self.qd, self.qdd) for column in array.T)
+        ends = np.array([(column.argmin(), column.argmax()) for column in columns])
+        return ends.reshape(3, self.n_joints, 2).swapaxes(1, 2)
 
     @cached_property
     def extremes(self) -> FloatArray:
@@ -335,26 +334,11 @@ def _arrays(
     return arrays
 
 
-def _log(
-    arrays: Mapping[str, FloatArray],
-    measured: bool | None,
-    name: str,
-    origin: str,
-    gaps: tuple[int, ...] | None,
-) -> Log:
+def _log(arrays: Mapping[str, FloatArray], measured: bool | None, name: str, origin: str, gaps: Gaps) -> Log:
     """Arrays as a log; if `measured` is None, their numbers tell whether they are readings."""
-    return Log(
-        time=arrays["time"],
-        q=arrays["q"],
-        qd=arrays.get("qd"),
-        qdd=arrays.get("qdd"),
-        torque=None,
-        measured=bool(measured),
-        name=name,
-        origin=origin,
-        gaps=gaps,
-        judged=measured is None,
-    )
+    qd, qdd = arrays.get("qd"), arrays.get("qdd")
+    rows = arrays["time"], arrays["q"], qd, qdd, None
+    return Log(*rows, bool(measured), (), name, origin, None if measured else gaps, measured is None)
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
