@@ -10,7 +10,7 @@ import math
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable, gathered, nanoseconds_in, refusing_damage
+from gd_analyze.motions.table import ArrayTable, changed_names, gathered, nanoseconds_in, refusing_damage
 from gd_analyze.motions.text import TextTable
 from gd_analyze.text import in_python, json_fault, number_in
 
@@ -96,29 +96,26 @@ def _table_of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
 
     As many rows as most arrays have values along one of their sides; columns of a matrix are numbered from 1.
     """
-    arrays = {
-        name: array.ravel() if array.ndim == 2 and 1 in array.shape else array
-        for name, array in ((name, np.asarray(value)) for name, value in _flattened(tree))
-        if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size > 1
+    arrays = {name: np.asarray(value).squeeze() for name, value in _flattened(tree)}
+    numeric = {
+        name: array
+        for name, array in arrays.items()
+        if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size
     }
-    sides = Counter(side for array in arrays.values() for side in {*array.shape})
+    sides = Counter(side for array in numeric.values() for side in {*array.shape})
     if not sides:
-        content = (
-            ", ".join(f"{name} {np.shape(value)}" for name, value in [*_flattened(tree)][:12]) or "nothing"
-        )
+        content = ", ".join(f"{name} {array.shape}" for name, array in [*arrays.items()][:12]) or "nothing"
         expected = "arrays with a value per instant, such as time (N) and q (N, n)"
         raise refusal("the file contains no arrays of a motion", Location(path), expected, content)
     rows = max(sides, key=lambda side: (sides[side], side))
     columns: dict[str, NDArray[Any]] = {}
-    for name, array in arrays.items():
-        if rows not in array.shape:
-            continue
-        matrix = array if array.shape[0] == rows else array.T
-        if matrix.ndim == 1:
-            columns[name] = _stored(matrix)
-        else:
-            columns |= {f"{name}_{k + 1}": _stored(matrix[:, k]) for k in range(matrix.shape[1])}
-    return ArrayTable(path, tuple(columns), tuple(columns.values()))
+    for name, array in numeric.items():
+        if array.shape == (rows,):
+            columns[name] = array
+        elif rows in array.shape:
+            matrix = array.T if array.shape[0] == rows else array
+            columns |= {f"{name}_{k}": column for k, column in enumerate(matrix, start=1)}
+    return ArrayTable(path, tuple(columns), tuple(map(_stored, columns.values())))
 
 
 def _stored(values: NDArray[Any]) -> NDArray[Any]:
@@ -220,9 +217,8 @@ def _table_of_rows(path: Path, rows: Iterable[tuple[int, Record | TrajectoryErro
         for name, value in row.items():
             is_label = isinstance(value, list) and value and all(isinstance(entry, str) for entry in value)
             if is_label and labels.setdefault(name, value) != value:
-                joints, step = f"{', '.join(value)} in {name}", "write each arm's rows to a file"
-                expected = f"{', '.join(labels[name])}, as before"
-                raise refusal("the joints' names change", Location(path, line), expected, joints, step)
+                joints = f"{', '.join(value)} in {name}"
+                raise changed_names(Location(path, line), ", ".join(labels[name]), joints)
         for name, value in row.items():
             date = nanoseconds_in(value) if isinstance(value, str) else None
             numbers = _numbers(value) if date is None else [date]
@@ -266,10 +262,3 @@ def _numbers(value: object) -> list[float] | None:
         is_beyond = isinstance(entry, int) and abs(entry) >= 2**63
         numbers.append(math.nan if entry is None else math.inf if is_beyond else entry)
     return numbers or None
-
-
-READERS: Mapping[str, Callable[[Path], ArrayTable]] = {
-    ".npz": read_numpy,
-    ".npy": read_numpy,
-    ".mat": read_matlab,
-}

@@ -95,6 +95,7 @@ class LogTable(ABC):
     planned: bool | None = None  # whether the kind of message is a plan; None if unknown
     set_points: bool = False  # whether the file has a header of set points: time, q1, qd1_deg
     header_line: int | None = None  # line of the names
+    lines: tuple[int, ...] = ()  # of the rows, if they are known before they are read
 
     @abstractmethod
     def head(self, column: int) -> list[str | float]:
@@ -107,7 +108,7 @@ class LogTable(ABC):
     def stands(self, column: int) -> bool:
         """Whether a column begins with several equal numbers."""
         first = self.head(column)
-        return len(first) > 1 and len(set(first)) == 1
+        return len(first) > 1 and all(cell == first[0] for cell in first)
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
         """Place of a row, a column or both, counted from 0; a row of a text is found by reading it."""
@@ -116,7 +117,7 @@ class LogTable(ABC):
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order; in a table without lines the row's number from 1."""
-        return [row + 1 for row in rows]
+        return [self.lines[row] if self.lines else row + 1 for row in rows]
 
     def label(self, column: int) -> str:
         """Name of a column, or its number."""
@@ -135,12 +136,8 @@ class ArrayTable(LogTable):
     names: tuple[str, ...]
     columns: tuple[FloatArray | NDArray[np.int64], ...]
     planned: bool | None = None
-    lines: tuple[int, ...] = ()  # of the rows, if they were read from lines of text
+    lines: tuple[int, ...] = ()
     wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
-
-    def lines_of(self, rows: Sequence[int]) -> list[int]:
-        """Line of each row."""
-        return [self.lines[row] for row in rows] if self.lines else super().lines_of(rows)
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""
@@ -198,6 +195,12 @@ def refusing_damage(path: str | Path, message: str, expected: str, next_step: st
     except Exception as error:
         fault = str(error).split("\n", 1)[0] or type(error).__name__
         raise refusal(message, Location(path), expected, fault, next_step) from None
+
+
+def changed_names(where: Location, before: str, now: str) -> TrajectoryError:
+    """Error for rows of several arms."""
+    message, step = "the joints' names change", "write each arm's rows to a file"
+    return refusal(message, where, f"{before}, as before", now, step)
 
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:

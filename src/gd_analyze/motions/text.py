@@ -24,7 +24,15 @@ from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.column_units import unit_in_words
 from gd_analyze.motions.names import are_of_set_points
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import HEAD_ROWS, Columns, LogTable, Stamps, add_wrong, nanoseconds_in
+from gd_analyze.motions.table import (
+    HEAD_ROWS,
+    Columns,
+    LogTable,
+    Stamps,
+    add_wrong,
+    changed_names,
+    nanoseconds_in,
+)
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import LARGEST, in_python, number_in
 
@@ -124,12 +132,8 @@ def _with_units(
     """Names with units from the line below, if it has them, and the first row."""
     units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
     stated_units = [unit for unit in units if unit not in ("", "-", "1")]
-    if (
-        len(following) < 2
-        or len(units) != len(names)
-        or not stated_units
-        or None in map(unit_in_words, stated_units)
-    ):
+    are_units = stated_units and None not in map(unit_in_words, stated_units)
+    if len(following) < 2 or len(units) != len(names) or not are_units:
         return tuple(names), following[0]
     pairs = zip(names, units, strict=True)
     return tuple(f"{name} [{unit}]" if unit in stated_units else name for name, unit in pairs), following[1]
@@ -222,10 +226,7 @@ class TextTable(LogTable):
             for column, expected in first.items():
                 cell = cells[column]
                 if cell != expected and not (or_empty and cell.lower() in EMPTY):
-                    where, step = Location(self.path, number, column + 1), "write each arm's rows to a file"
-                    raise refusal(
-                        "the joints' names change", where, f"{expected}, as before", cell or "nothing", step
-                    )
+                    raise changed_names(Location(self.path, number, column + 1), expected, cell or "nothing")
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column; dates in seconds."""
@@ -245,8 +246,11 @@ class TextTable(LogTable):
 
     def cell(self, row: int, column: int) -> str:
         """A cell as written."""
-        lines = chain.from_iterable(block.lines for block in self._blocks())
-        return self._cells(*next(islice(lines, row, None)))[column]
+        return self._cells(*next(islice(self._lines(), row, None)))[column]
+
+    def _lines(self) -> Iterator[tuple[int, str]]:
+        """Number and text of each row's line."""
+        return chain.from_iterable(block.lines for block in self._blocks())
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order, in one pass through the file."""
@@ -256,7 +260,7 @@ class TextTable(LogTable):
 
     def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
         """Line and cells of every row, or why it cannot be read."""
-        for number, line in chain.from_iterable(block.lines for block in self._blocks()):
+        for number, line in self._lines():
             try:
                 yield number, self._row(number, line)
             except TrajectoryError as error:

@@ -129,30 +129,16 @@ class Trajectory:
     whole: Whole | None = None
 
     def __post_init__(self) -> None:
-        where = f"trajectory {self.name}"
-        if self.qd is None or self.qdd is None:
-            arrays = _arrays(self.time, self.q, self.qd, self.qdd)
+        arrays = _arrays(self.time, self.q, self.qd, self.qdd)
+        if len(arrays) < 4:
             derived = Trajectory.from_log(_log(arrays, None, self.name, self.origin, self.gaps))
-            for name in ("time", "q", "qd", "qdd", "derivatives_from", "gaps", "recording"):
+            arrays = {name: getattr(derived, name) for name in ("time", "q", "qd", "qdd")}
+            for name in ("derivatives_from", "gaps", "recording"):
                 object.__setattr__(self, name, getattr(derived, name))
-        for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = frozen(values)
-            for chunk in chunks(len(array)):
-                for row in np.argwhere(~(np.abs(array[chunk]) <= LARGEST))[:1, 0] + chunk.start:
-                    problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
-                    step = "check units, and that no two set points share almost the same instant"
-                    expected = f"finite numbers up to {LARGEST:g} in SI units"
-                    raise refusal(problem, where, expected, str(array[row].tolist()), step)
-            object.__setattr__(self, name, array)
-        for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
-            expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
-            raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
-        for row in self.gaps:
-            require_type(row, numbers.Integral, "gaps", "numbers of set points, from 0")
-        object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
-        if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
-            expected = f"ascending numbers from 1 to {len(self.q) - 1}"
-            raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
+        arrays = {name: frozen(array) for name, array in arrays.items()}
+        _require_sound(self.name, arrays, self.gaps)
+        for name, value in (arrays | {"gaps": tuple(map(int, self.gaps))}).items():
+            object.__setattr__(self, name, value)
 
     @classmethod
     def from_arrays(
@@ -228,12 +214,8 @@ class Trajectory:
         GdAnalyzeWarning
             If measured velocities contradict the positions and are not used.
         """
-        if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
-            # Checked before a spline is fitted to it.
-            still = np.zeros_like(logged.q)
-            still.flags.writeable = False  # and is not copied
-            qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
-            cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
+        if logged.gaps is not None:  # before a spline is fitted to it
+            _require_sound(logged.name, _arrays(logged.time, logged.q, logged.qd, logged.qdd), logged.gaps)
         result = treated(logged, arm, treatment)
         return cls(
             time=result.time,
@@ -332,6 +314,26 @@ def _arrays(
         if array.shape != expected_shape:
             raise refusal(f"{name} has the wrong shape", name, str(expected_shape), str(array.shape))
     return arrays
+
+
+def _require_sound(name: str, arrays: Mapping[str, FloatArray], gaps: Gaps) -> None:
+    """Raise a TrajectoryError if a number is impossible, time does not increase, or gaps do not fit."""
+    where, time = f"trajectory {name}", arrays["time"]
+    for quantity, array in arrays.items():
+        for chunk in chunks(len(array)):
+            for row in np.argwhere(~(np.abs(array[chunk]) <= LARGEST))[:1, 0] + chunk.start:
+                problem = f"{quantity} is not finite, or too large for any motion, at set point {row + 1}"
+                step = "check units, and that no two set points share almost the same instant"
+                expected = f"finite numbers up to {LARGEST:g} in SI units"
+                raise refusal(problem, where, expected, str(array[row].tolist()), step)
+    for row in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
+        expected, instant = f"more than {time[row]:g} s", f"{time[row + 1]:g} s"
+        raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
+    for row in gaps:
+        require_type(row, numbers.Integral, "gaps", "numbers of set points, from 0")
+    if any(not before < row < len(time) for before, row in pairwise((0, *gaps))):
+        expected = f"ascending numbers from 1 to {len(time) - 1}"
+        raise refusal("the gaps are not those of set points", where, expected, str(tuple(map(int, gaps))))
 
 
 def _log(arrays: Mapping[str, FloatArray], measured: bool | None, name: str, origin: str, gaps: Gaps) -> Log:
