@@ -83,17 +83,15 @@ def _split(line: str, delimiter: str, where: Location) -> list[str]:
         raise refusal("the line is not CSV", where, expected, str(error)) from None
 
 
-def _is_row(line: str) -> bool:
-    return not line.lstrip().startswith("#") and bool(line.strip())
-
-
 # First rows by which delimiters are judged.
 _JUDGED_ROWS = 8
 
 
 def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
     """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
-    rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
+    rows = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not rows:
         content = "comments only" if any(line.strip() for line in lines) else "no data"
         expected = "a line of names, such as time,q1,q2, and a line per instant"
@@ -203,9 +201,7 @@ class TextTable(LogTable):
         self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names, self.header_line = self.layout.names, self.layout.header or None
-        numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
-        rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
-        self._head = [self._cells(number, line) for number, line in rows]
+        self._head = [self._cells(number, line) for number, line in islice(self._lines(), HEAD_ROWS)]
         self.first_cells = self._head[0]
         self._dates = [k for k in range(len(self.names)) if nanoseconds_in(self._first(k)) is not None]
         self.set_points = all(self.names) and are_of_set_points(self.names) and not self._dates

@@ -214,7 +214,8 @@ class Trajectory:
         GdAnalyzeWarning
             If measured velocities contradict the positions and are not used.
         """
-        if logged.gaps is not None:  # before a spline is fitted to it
+        if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
+            # Before a spline is fitted to it.
             _require_sound(logged.name, _arrays(logged.time, logged.q, logged.qd, logged.qdd), logged.gaps)
         result = treated(logged, arm, treatment)
         return cls(
