@@ -310,14 +310,15 @@ class TextTable(LogTable):
 
     def _offset(self, cell: str, column: int, base: int) -> float:
         """Instant in a cell from the base, by its digits; ValueError or ArithmeticError if it is none."""
+        plain = self.layout.plain(cell)
         if column in self._dates:
             instant: int | Decimal | None = nanoseconds_in(cell)
-        else:
-            plain = self.layout.plain(cell)
-            instant = None if number_in(plain) in (None, math.inf, -math.inf) else Decimal(plain)
-        if instant is None:
+        else:  # Decimal also takes 1_000 and digits of other scripts
+            instant = Decimal(plain) if plain.isascii() and "_" not in plain else None
+        offset = math.nan if instant is None else float(instant - base)
+        if not math.isfinite(offset):
             raise ValueError
-        return float(instant - base)
+        return offset
 
     def _by_pandas(
         self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
@@ -356,9 +357,9 @@ class TextTable(LogTable):
                 frame[column] = frame[column].map(offset, na_action="ignore")
         except (ValueError, ArithmeticError, csv.Error):
             return None
-        table = frame[columns].to_numpy(dtype=float)
-        is_possible = not np.isinf(table).any() and not (np.abs(table[:, : len(numbers)]) > LARGEST).any()
-        return table if is_possible and len(table) == len(block.numbers) else None
+        table, width = frame[columns].to_numpy(dtype=float), len(numbers)
+        is_large = (np.abs(table[:, :width]) > LARGEST).any() or np.isinf(table[:, width:]).any()
+        return None if is_large or len(table) != len(block.numbers) else table
 
     def _widths(self, block: _Block) -> list[int]:
         """Number of cells in each line; csv.Error if a quote is left open."""
@@ -367,9 +368,8 @@ class TextTable(LogTable):
             return [len(line.split()) for line in lines]
         if b'"' not in block.data:
             return [line.count(sign.encode()) + 1 for line in lines]
-        return [
-            len(cells) for cells in csv.reader((text for _, text in block.lines), delimiter=sign, strict=True)
-        ]
+        texts = (text for _, text in block.lines)
+        return [len(cells) for cells in csv.reader(texts, delimiter=sign, strict=True)]
 
     def _by_lines(
         self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
