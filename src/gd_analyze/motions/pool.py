@@ -18,7 +18,7 @@ from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Motion, Trajectory, counted_motions
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import in_python, number, visible
+from gd_analyze.text import number, visible
 
 # One motion or its source; or several, or a folder of them.
 GivenMotion = Trajectory | str | Path
@@ -135,8 +135,6 @@ def _distinct(motions: Iterable[Trajectory]) -> list[Trajectory]:
     """Motions of one arm with distinct names; at least one."""
     trajectories: list[Trajectory] = []
     for motion in motions:
-        if not isinstance(motion, Trajectory):
-            raise refusal("this is not a trajectory", "motions", "a Trajectory", in_python(motion))
         trajectories += taken_apart(motion)
     if not trajectories:
         raise refusal("there are no motions", "motions", "at least one", "none")

@@ -89,21 +89,21 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
 def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
     """Rows of a message: ns since its stamp, and values of joints by column name."""
     names = message.name if kind == _STATE else message.joint_names
+    row: dict[str, float] = {}
     if kind == _TRAJECTORY:
         for point in message.points:
-            yield _nanoseconds(point.time_from_start), dict(_values(point, names, ""))
+            yield _nanoseconds(point.time_from_start), _values(point, names, "")
     elif kind == _STATE:
-        yield 0, dict(_values(message, names, ""))
+        yield 0, _values(message, names, "")
     elif kind == _DYNAMIC:
-        row: dict[str, float] = {}
         for name, interfaces in zip(names, message.interface_values, strict=True):
             for interface, value in zip(interfaces.interface_names, interfaces.values, strict=True):
                 row[f"{name}/{interface}"] = float(value)
         yield 0, row
     else:
-        sides = ((side, getattr(message, side, None)) for side in _SIDES)
-        of_sides = (_values(point, names, f"{side}/") for side, point in sides if point is not None)
-        yield 0, {key: value for values in of_sides for key, value in values}
+        for side in _SIDES:
+            row |= _values(getattr(message, side, None), names, f"{side}/")
+        yield 0, row
 
 
 def _nanoseconds(stamp: Any) -> int:
@@ -111,15 +111,16 @@ def _nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str, float]]:
+def _values(point: Any, names: Sequence[str], prefix: str) -> dict[str, float]:
+    row: dict[str, float] = {}
     for key, quantity in _FIELDS.items():
         values = getattr(point, key, None)
         if values is None or len(values) == 0:
             continue
         if len(values) != len(names):
             raise ValueError(f"{len(values)} of {key} for {len(names)} joints")
-        for name, value in zip(names, values, strict=True):
-            yield f"{prefix}{name}/{quantity}", float(value)
+        row |= {f"{prefix}{name}/{quantity}": float(x) for name, x in zip(names, values, strict=True)}
+    return row
 
 
 def _records(
