@@ -23,7 +23,7 @@ from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import ArrayTable, changed_names, gathered, nanoseconds_in, refusing_damage
 from gd_analyze.motions.text import TextTable
-from gd_analyze.text import in_python, json_fault, number_in
+from gd_analyze.text import counted, in_python, json_fault, number_in
 
 # Of arrays and of files of arrays, in bytes.
 _LARGEST_ARRAYS_BYTES = 1_000_000_000
@@ -231,7 +231,7 @@ def _table_of_rows(path: Path, rows: Iterable[tuple[int, Record | TrajectoryErro
                 fitting = (columns for columns in named if len(columns) == len(numbers))
                 elements[name] = next(fitting, numbered) if isinstance(value, list) else [name]
             if len(numbers) != len(elements[name]):
-                expected = f"{len(elements[name])}, as in the first row"
+                expected = f"{counted(len(elements[name]), 'number')}, as in the first row"
                 message, where = f"{name} has another length", Location(path, line)
                 wrong[len(lines)] = refusal(message, where, expected, str(len(numbers)))
                 continue
