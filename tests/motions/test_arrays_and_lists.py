@@ -85,6 +85,13 @@ def test_damaged_files_are_refused(tmp_path):
             read_log(tmp_path / name, ARM)
 
 
+@pytest.mark.parametrize("content", ["5", "[1, 2]", '{"time": 0}\n5\n{"time": 1}'])
+def test_what_is_no_object_is_refused(content, tmp_path):
+    (tmp_path / "a.jsonl").write_text(content)
+    with pytest.raises(TrajectoryError, match=r"a\.jsonl"):
+        read_log(tmp_path / "a.jsonl", ARM)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "advice"),
     [

@@ -217,6 +217,15 @@ def test_ros2_topic_echo_csv(read):
     np.testing.assert_allclose(logged.time, [0, 0.008000001, 0.016000002], rtol=1e-15)
 
 
+def test_an_echoed_row_that_breaks_off_is_corrupt(read, warned):
+    text = "".join(f"1700000000,{k * 8000000},base,knee,hip,{k},1,2,3,4,5\n" for k in range(3))
+    with warned() as texts:
+        logged = read(text + "1700000000,24000000,base,kn", TWO, drop_rows=True)
+    (text,) = texts
+    assert "line 4" in text
+    np.testing.assert_array_equal(logged.q, [[1, 0], [1, 1], [1, 2]])
+
+
 @pytest.mark.parametrize("name", ["states.yaml", "states.yml", "echo.txt"])
 def test_echoed_yaml_is_sent_to_a_bag(refused, name):
     text = "header:\n  stamp:\n    sec: 1\n    nanosec: 0\nname: [knee, hip]\nposition: [0.1, 0.5]\n---\n"

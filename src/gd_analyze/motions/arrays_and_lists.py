@@ -10,8 +10,8 @@ import math
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import megabytes, read_at_most
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable, nanoseconds_in
-from gd_analyze.motions.text import EMPTY, TextTable
-from gd_analyze.text import in_python, json_fault, number_in
+from gd_analyze.motions.table import ArrayTable, changed_names, gathered, nanoseconds_in, refusing_damage
+from gd_analyze.motions.text import TextTable
+from gd_analyze.text import counted, in_python, json_fault, number_in
 
 # Of arrays and of files of arrays, in bytes.
 _LARGEST_ARRAYS_BYTES = 1_000_000_000
@@ -40,12 +40,10 @@ Record = Mapping[str, Any]
 def read_numpy(path: Path) -> ArrayTable:
     """Read the arrays of an .npz, or the fields of an .npy."""
     with_pickles = "arrays of numbers, saved with numpy.savez('log.npz', time=time, q=q)"
-    with _reading(path, "NumPy's file", with_pickles):
+    with _refusing_damage(path, "NumPy's file", with_pickles):
         if path.suffix.lower() == ".npz":
             with zipfile.ZipFile(path) as file:
-                _require_size(
-                    path, sum(member.file_size for member in file.infolist()), _LARGEST_ARRAYS_BYTES
-                )
+                _require_size(path, sum(member.file_size for member in file.infolist()))
             with np.load(path, allow_pickle=False) as archive:
                 return _table_of_arrays(path, {name: archive[name] for name in archive.files})
         array = np.load(path, allow_pickle=False)
@@ -62,15 +60,15 @@ def read_matlab(path: Path) -> ArrayTable:
     import h5py
     import scipy.io
 
-    with _reading(path, "MATLAB's file", "arrays or structures, saved with save('log.mat', ...)"):
-        _require_size(path, path.stat().st_size, _LARGEST_ARRAYS_BYTES)
+    with _refusing_damage(path, "MATLAB's file", "arrays or structures, saved with save('log.mat', ...)"):
+        _require_size(path, path.stat().st_size)
         if not h5py.is_hdf5(path):
             return _table_of_arrays(path, scipy.io.loadmat(path, simplify_cells=True))
         arrays: dict[str, Any] = {}  # version 7.3
 
         def take(name: str, node: object) -> None:
             if isinstance(node, h5py.Dataset) and node.dtype.kind in "iuf" and not name.startswith("#"):
-                _require_size(path, node.nbytes, _LARGEST_ARRAYS_BYTES)
+                _require_size(path, node.nbytes)
                 arrays[name] = node[()]
 
         with h5py.File(path) as file:
@@ -78,24 +76,19 @@ def read_matlab(path: Path) -> ArrayTable:
         return _table_of_arrays(path, arrays)
 
 
-@contextmanager
-def _reading(path: Path, kind: str, expected: str) -> Iterator[None]:
-    """Turn what a library raises on a damaged file into a TrajectoryError."""
-    try:
-        yield
-    except TrajectoryError:
-        raise
-    # Every part of these libraries fails in its own way: zip, zlib, struct, HDF5, memory.
-    except Exception as error:
-        fault = str(error).split("\n", 1)[0] or type(error).__name__
-        message, step = f"the log cannot be read as {kind}", "save it again, without objects, or as CSV"
-        raise refusal(message, Location(path), expected, fault, step) from None
+def _refusing_damage(path: Path, kind: str, expected: str) -> AbstractContextManager[None]:
+    step = "save it again, without objects, or as CSV"
+    return refusing_damage(path, f"the log cannot be read as {kind}", expected, step)
 
 
-def _require_size(path: Path, size: int, most: int) -> None:
-    if size > most:
-        message, step = "the log is too large to be read at once", "save it as Parquet or CSV"
-        raise refusal(message, Location(path), f"up to {megabytes(most)}", megabytes(size), step)
+def _require_size(path: Path, size: int) -> None:
+    if size > _LARGEST_ARRAYS_BYTES:
+        raise _too_large(path, _LARGEST_ARRAYS_BYTES, megabytes(size))
+
+
+def _too_large(path: Path, most: int, size: str) -> TrajectoryError:
+    message, step = "the log is too large to be read at once", "save it as Parquet or CSV"
+    return refusal(message, Location(path), f"up to {megabytes(most)}", size, step)
 
 
 def _table_of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
@@ -103,29 +96,26 @@ def _table_of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
 
     As many rows as most arrays have values along one of their sides; columns of a matrix are numbered from 1.
     """
-    arrays = {
-        name: array.ravel() if array.ndim == 2 and 1 in array.shape else array
-        for name, array in ((name, np.asarray(value)) for name, value in _flattened(tree))
-        if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size > 1
+    arrays = {name: np.asarray(value).squeeze() for name, value in _flattened(tree)}
+    numeric = {
+        name: array
+        for name, array in arrays.items()
+        if array.dtype.kind in "iuf" and array.ndim in (1, 2) and array.size
     }
-    sides = Counter(side for array in arrays.values() for side in {*array.shape})
+    sides = Counter(side for array in numeric.values() for side in {*array.shape})
     if not sides:
-        content = (
-            ", ".join(f"{name} {np.shape(value)}" for name, value in [*_flattened(tree)][:12]) or "nothing"
-        )
+        content = ", ".join(f"{name} {array.shape}" for name, array in [*arrays.items()][:12]) or "nothing"
         expected = "arrays with a value per instant, such as time (N) and q (N, n)"
         raise refusal("the file contains no arrays of a motion", Location(path), expected, content)
     rows = max(sides, key=lambda side: (sides[side], side))
     columns: dict[str, NDArray[Any]] = {}
-    for name, array in arrays.items():
-        if rows not in array.shape:
-            continue
-        matrix = array if array.shape[0] == rows else array.T
-        if matrix.ndim == 1:
-            columns[name] = _stored(matrix)
-        else:
-            columns |= {f"{name}_{k + 1}": _stored(matrix[:, k]) for k in range(matrix.shape[1])}
-    return ArrayTable(path, tuple(columns), tuple(columns.values()))
+    for name, array in numeric.items():
+        if array.shape == (rows,):
+            columns[name] = array
+        elif rows in array.shape:
+            matrix = array.T if array.shape[0] == rows else array
+            columns |= {f"{name}_{k}": column for k, column in enumerate(matrix, start=1)}
+    return ArrayTable(path, tuple(columns), tuple(map(_stored, columns.values())))
 
 
 def _stored(values: NDArray[Any]) -> NDArray[Any]:
@@ -150,35 +140,36 @@ def begins_json(begin: bytes) -> bool:
 
 def read_json(path: Path, data: bytes | None) -> ArrayTable:
     """Read JSON: an object per line, a list of objects, or one object of arrays."""
-    text = read_at_most(path, _LARGEST_JSON_BYTES) if data is None else data
-    if text is None or len(text) > _LARGEST_JSON_BYTES:
-        _require_size(path, _LARGEST_JSON_BYTES + 1, _LARGEST_JSON_BYTES)
-    lines = (text or b"").decode("utf-8-sig", errors="replace").splitlines()
-    numbered = [(number, line) for number, line in enumerate(lines, 1) if line.strip()]
-    if len(numbered) > 1 and not isinstance(_parsed(path, *numbered[0]), TrajectoryError):
-        return _table_of_rows(path, ((number, _parsed(path, number, line)) for number, line in numbered))
+    content = read_at_most(path, _LARGEST_JSON_BYTES) if data is None else data
+    if content is None or len(content) > _LARGEST_JSON_BYTES:
+        raise _too_large(path, _LARGEST_JSON_BYTES, "more")
+    text = content.decode("utf-8-sig", errors="replace")
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    if len(lines) > 1 and isinstance(_parsed(path, *lines[0]), Mapping):
+        return _table_of_rows(path, ((number, _parsed(path, number, line)) for number, line in lines))
     try:
-        document = json.loads("\n".join(lines))
+        document = json.loads(text)
     except (ValueError, RecursionError) as error:
         place = Location(path, getattr(error, "lineno", None), getattr(error, "colno", None))
         raise _not_json(place, json_fault(error)) from None
     if isinstance(document, Mapping):
-        with _reading(path, "JSON", "lists of numbers, of equal length"):
+        with _refusing_damage(path, "JSON", "lists of numbers, of equal length"):
             return _table_of_arrays(path, document)
-    return _table_of_rows(path, (_checked(path, number, row) for number, row in enumerate(document, 1)))
+    rows = document if isinstance(document, list) else [document]
+    return _table_of_rows(path, ((number, _record(path, number, row)) for number, row in enumerate(rows, 1)))
 
 
 def _parsed(path: Path, number: int, line: str) -> Record | TrajectoryError:
     try:
-        return _checked(path, number, json.loads(line))[1]
+        return _record(path, number, json.loads(line))
     except (ValueError, RecursionError) as error:
         return _not_json(Location(path, number), json_fault(error))
 
 
-def _checked(path: Path, number: int, row: object) -> tuple[int, Record | TrajectoryError]:
-    if not isinstance(row, Mapping):
-        return number, _not_json(Location(path, number), in_python(row))
-    return number, dict(_flattened(row))
+def _record(path: Path, number: int, row: object) -> Record | TrajectoryError:
+    if isinstance(row, Mapping):
+        return dict(_flattened(row))
+    return _not_json(Location(path, number), in_python(row))
 
 
 def _not_json(where: Location, content: str) -> TrajectoryError:
@@ -202,10 +193,7 @@ def read_list_cells(table: TextTable) -> ArrayTable:
             return words if None in numbers else numbers
         if re.fullmatch(r"[-+]?[0-9]{1,18}", cell):
             return int(cell)
-        if cell.lower() in EMPTY:
-            return None
-        number = number_in(table.layout.plain(cell))
-        return cell if number is None else number
+        return table.value(cell)
 
     def values_in(cells: list[str] | TrajectoryError) -> Record | TrajectoryError:
         if isinstance(cells, TrajectoryError):
@@ -220,78 +208,57 @@ def _table_of_rows(path: Path, rows: Iterable[tuple[int, Record | TrajectoryErro
 
     A list of names that is the same in every row names the elements of lists of its length.
     """
-    columns: dict[str, list[Any]] = {}
-    widths: dict[str, int] = {}  # of lists; 0 for a number
-    labels: dict[str, list[str]] = {}
     lines: list[int] = []
     wrong: dict[int, TrajectoryError] = {}
-    for index, (line, row) in enumerate(rows):
-        lines.append(line)
-        if isinstance(row, TrajectoryError):
-            wrong[index] = row
-        for name, value in {} if isinstance(row, TrajectoryError) else row.items():
-            if _are(str, value):
-                if labels.setdefault(name, value) != value:
-                    joints, step = f"{', '.join(value)} in {name}", "write each arm's rows to a file"
-                    expected = f"{', '.join(labels[name])}, as before"
-                    raise refusal("the joints' names change", Location(path, line), expected, joints, step)
-                continue
+    labels: dict[str, list[str]] = {}  # lists of names
+    elements: dict[str, list[str]] = {}  # columns of each number or list
+
+    def numbers_of(line: int, row: Record) -> Iterator[tuple[str, float]]:
+        for name, value in row.items():
+            is_label = isinstance(value, list) and value and all(isinstance(entry, str) for entry in value)
+            if is_label and labels.setdefault(name, value) != value:
+                joints = f"{', '.join(value)} in {name}"
+                raise changed_names(Location(path, line), ", ".join(labels[name]), joints)
+        for name, value in row.items():
             date = nanoseconds_in(value) if isinstance(value, str) else None
-            name = name if date is None else f"{name} [ns]"
             numbers = _numbers(value) if date is None else [date]
             if numbers is None:
                 continue
-            width = widths.setdefault(name, len(numbers) if isinstance(value, list) else 0)
-            if isinstance(value, list) != (width > 0) or (width and len(numbers) != width):
-                expected = f"{width} numbers, as in the first row" if width else "a number"
-                wrong[index] = refusal(
-                    f"{name} has another length", Location(path, line), expected, str(len(numbers))
-                )
+            name = name if date is None else f"{name} [ns]"
+            if name not in elements:
+                numbered = [f"{name}_{k + 1}" for k in range(len(numbers))]
+                named = ([f"{of}{_BELOW}{name}" for of in words] for words in labels.values())
+                fitting = (columns for columns in named if len(columns) == len(numbers))
+                elements[name] = next(fitting, numbered) if isinstance(value, list) else [name]
+            if len(numbers) != len(elements[name]):
+                expected = f"{counted(len(elements[name]), 'number')}, as in the first row"
+                message, where = f"{name} has another length", Location(path, line)
+                wrong[len(lines)] = refusal(message, where, expected, str(len(numbers)))
                 continue
-            column = columns.setdefault(name, [])
-            column.extend([[math.nan] * width if width else math.nan] * (index - len(column)))
-            column.append(numbers if width else numbers[0])
-    names: dict[str, NDArray[Any]] = {}
-    for name, column in columns.items():
-        width = widths[name]
-        column.extend([[math.nan] * width if width else math.nan] * (len(lines) - len(column)))
-        array = np.array(column)
-        if not width:
-            names[name] = _stored(array)
-            continue
-        label = next((words for words in labels.values() if len(words) == width), None)
-        column_names = (
-            [f"{word}{_BELOW}{name}" for word in label]
-            if label
-            else [f"{name}_{k + 1}" for k in range(width)]
-        )
-        names |= {column_name: _stored(array[:, k]) for k, column_name in enumerate(column_names)}
-    if not names:
+            yield from zip(elements[name], numbers, strict=True)
+
+    def records() -> Iterator[dict[str, float]]:
+        for line, row in rows:
+            if isinstance(row, TrajectoryError):
+                wrong[len(lines)] = row
+            yield {} if isinstance(row, TrajectoryError) else dict(numbers_of(line, row))
+            lines.append(line)
+
+    columns = gathered(records())
+    if not columns:
         if wrong:
             raise wrong[min(wrong)]
         raise refusal("the log has no numbers", Location(path), "numbers or lists of numbers", "none")
-    return ArrayTable(path, tuple(names), tuple(names.values()), lines=tuple(lines), wrong=wrong)
+    arrays = tuple(map(_stored, columns.values()))
+    return ArrayTable(path, tuple(columns), arrays, lines=tuple(lines), wrong=wrong)
 
 
-def _are(kind: type, value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, kind) for entry in value)
-
-
-def _numbers(value: object) -> list[float | int] | None:
+def _numbers(value: object) -> list[float] | None:
     """Numbers of a list, or a number as a list of one; nan for null, None for anything else."""
-    numbers: list[float | int] = []
+    numbers: list[float] = []
     for entry in value if isinstance(value, list) else [value]:
-        if entry is None:
-            numbers.append(math.nan)
-        elif isinstance(entry, bool) or not isinstance(entry, int | float):
+        if isinstance(entry, bool) or not isinstance(entry, int | float | None):
             return None
-        else:
-            numbers.append(entry if isinstance(entry, float) or abs(entry) < 2**63 else math.inf)
+        is_beyond = isinstance(entry, int) and abs(entry) >= 2**63
+        numbers.append(math.nan if entry is None else math.inf if is_beyond else entry)
     return numbers or None
-
-
-READERS: Mapping[str, Callable[[Path], ArrayTable]] = {
-    ".npz": read_numpy,
-    ".npy": read_numpy,
-    ".mat": read_matlab,
-}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from os import PathLike
 from pathlib import Path
@@ -14,11 +14,12 @@ import numpy as np
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
 from gd_analyze.motions.arrays_and_lists import (
-    READERS,
     begins_json,
     has_lists,
     read_json,
     read_list_cells,
+    read_matlab,
+    read_numpy,
 )
 from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import Reading, refusal
@@ -31,10 +32,11 @@ from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.text import in_python, visible
 
 _LFS = b"version https://git-lfs"
-_FORMATS = {".db3": "bag", ".mcap": "bag", ".bag": "bag"} | {
-    **{".parquet": "parquet", ".pq": "parquet"},
-    **{".jsonl": "json", ".ndjson": "json"},
-    **dict.fromkeys(READERS, "arrays"),
+_BAGS, _JSON = (".db3", ".mcap", ".bag"), (".jsonl", ".ndjson")
+_READERS: dict[str, Callable[[Path], LogTable]] = {
+    **dict.fromkeys((".parquet", ".pq"), ParquetTable),
+    **dict.fromkeys((".npz", ".npy"), read_numpy),
+    ".mat": read_matlab,
 }
 # Suffixes of text files in a folder that may be motions.
 _TEXT = frozenset({".csv", ".tsv", ".txt", ".dat", ".log"})
@@ -51,14 +53,15 @@ def shipped_trajectories() -> dict[str, Path]:
 
 def files_in(folder: Path) -> list[Path] | None:
     """Trajectories of a folder, by name, except hidden files and results; None if it is not a folder."""
-    if not folder.is_dir() or _format(folder) is not None:
+    if not folder.is_dir() or _is_bag(folder):
         return None
     try:
         entries = sorted(folder.iterdir(), key=lambda path: path.name)
     except OSError as error:
         raise _unreadable(folder, error) from None
+    suffixes = {*_TEXT, *_BAGS, *_JSON, *_READERS}
     visible_paths = [path for path in entries if not path.name.startswith(".")]
-    logs = [p for p in visible_paths if _format(p) is not None or (p.is_file() and p.suffix.lower() in _TEXT)]
+    logs = [p for p in visible_paths if _is_bag(p) or (p.is_file() and p.suffix.lower() in suffixes)]
     trajectories = [path for path in logs if path.name not in RESULT_FILES.values()]
     if not trajectories:
         names = ", ".join(visible(path.name) for path in visible_paths[:5]) or "nothing"
@@ -69,11 +72,8 @@ def files_in(folder: Path) -> list[Path] | None:
     return trajectories
 
 
-def _format(path: Path) -> str | None:
-    """Format of a log by its name: "bag" (also a folder with metadata.yaml), "parquet", "json", "arrays"."""
-    if path.is_dir():
-        return "bag" if (path / "metadata.yaml").is_file() else None
-    return _FORMATS.get(path.suffix.lower())
+def _is_bag(folder: Path) -> bool:
+    return (folder / "metadata.yaml").is_file()
 
 
 def log_source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
@@ -88,7 +88,7 @@ def log_source(path_or_name: str | Path) -> tuple[Path, str, str, bytes | None]:
         return shipped_files[str(path_or_name)], path.name, f"shipped trajectory {path_or_name}", None
     origin = f"read from {path_or_name}"
     with suppress(OSError, ValueError):
-        if path.is_file() or (_format(path) is not None and not path.is_fifo()):
+        if path.is_file() or _is_bag(path):
             return path, path.stem, origin, None
     return path, path.stem, origin, _stream(path)
 
@@ -108,11 +108,8 @@ def _stream(path: Path | None) -> bytes:
     except OSError as error:
         raise _unreadable(name, error) from None
     if data is None:
-        expected, step = (
-            f"up to {megabytes(_LARGEST_STREAM_BYTES)}",
-            "write fewer set points, or split the motion",
-        )
-        raise refusal("the trajectory is too large to be read", Location(name), expected, "more", step)
+        most, step = megabytes(_LARGEST_STREAM_BYTES), "write fewer set points, or split the motion"
+        raise refusal("the trajectory is too large to be read", Location(name), f"up to {most}", "more", step)
     return data
 
 
@@ -123,29 +120,29 @@ def _unreadable(path: Path, error: OSError) -> TrajectoryError:
 
 
 def _begin(path: Path) -> bytes:
-    with suppress(OSError), path.open("rb") as file:
-        return file.read(len(_LFS))
-    return b""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(_LFS))
+    except OSError as error:
+        raise _unreadable(path, error) from None
 
 
 def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progress, joints: int) -> LogTable:
     """The table of a file, with names from its header, its messages, or the user."""
-    kind = None if data is not None else _format(path)
-    begin = data if data is not None or path.is_dir() else _begin(path)
-    if (begin or b"").startswith(_LFS):
+    suffix = path.suffix.lower() if data is None else ""
+    begin = data if data is not None else b"" if path.is_dir() else _begin(path)
+    if begin.startswith(_LFS):
         content, step = "a pointer of Git LFS", "`git lfs pull` in its repository fetches the file itself"
         raise refusal("this is not a log", Location(path), "the log itself", content, step)
-    if path.suffix.lower() in (".yaml", ".yml") or (begin or b"").startswith(b"header:"):
+    if path.suffix.lower() in (".yaml", ".yml") or begin.startswith(b"header:"):
         expected, content = "a bag, or what `ros2 topic echo --csv` prints", "messages in YAML"
         step = "record a bag with `ros2 bag record /joint_states`, or echo the topic as CSV"
         raise refusal("the log cannot be read", Location(path), expected, content, step)
-    if kind == "bag":
+    if path.is_dir() or suffix in _BAGS:
         return read_bag(path, reading.topic, progress)
-    if kind == "parquet":
-        return ParquetTable(path)
-    if kind == "arrays":
-        return READERS[path.suffix.lower()](path)
-    if kind == "json" or begins_json(begin or b""):
+    if suffix in _READERS:
+        return _READERS[suffix](path)
+    if suffix in _JSON or begins_json(begin):
         return read_json(path, data)
     table = TextTable(path, data)
     where = Location(path, table.layout.first)
@@ -156,14 +153,16 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
     if not any(table.names) and (echoed := echoed_names(cells)) is not None:
         refuse_long_names(echoed, where)
         table.require_constant({k: c for k, c in enumerate(cells) if k > 2 and c and not is_number(c)})
-        return TextTable(path, data, echoed)
+        table.names = echoed
+        return table
     if not any(table.names) and not reading.map:
         content, step = f"numbers in {len(cells)} columns", _naming(table, joints)
         raise refusal("the file has no header line", where, "the names of the columns", content, step)
     if not has_lists(table):
         return table
-    numbered = tuple(f"#{k + 1}" for k in range(len(cells)))
-    return read_list_cells(table if any(table.names) else TextTable(path, data, numbered))
+    if not any(table.names):
+        table.names = tuple(f"#{k + 1}" for k in range(len(cells)))
+    return read_list_cells(table)
 
 
 def _naming(table: LogTable, joints: int) -> str:

@@ -18,7 +18,7 @@ from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Motion, Trajectory, counted_motions
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import in_python, number, visible
+from gd_analyze.text import number, visible
 
 # One motion or its source; or several, or a folder of them.
 GivenMotion = Trajectory | str | Path
@@ -101,12 +101,15 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     mean = float(np.mean([motion.time[-1] - motion.time[0] for motion in parts]))
     pause = float(f"{_PAUSE_SHARE * mean:.1g}") or _PAUSE_OF_INSTANTS_SECONDS
     clocks: list[FloatArray] = []
+    motions_of_pool: list[Motion] = []
+    gaps: list[int] = []
+    first, start = 0, 0.0
     for motion in parts:
-        start = float(clocks[-1][-1]) + pause if clocks else 0.0
         clocks.append(motion.time - motion.time[0] + start)
-    ends: list[int] = np.cumsum([motion.n_set_points for motion in parts]).tolist()
-    begins = [0, *ends[:-1]]
-    inner_gaps = {first + row for first, motion in zip(begins, parts, strict=True) for row in motion.gaps}
+        about = float(motion.time[0]), motion.origin, motion.derivatives_from, motion.fingerprint
+        motions_of_pool.append(Motion(motion.name, first, first + motion.n_set_points, *about))
+        gaps += [first, *(first + row for row in motion.gaps)]
+        first, start = first + motion.n_set_points, float(clocks[-1][-1]) + pause
     sources = {motion.derivatives_from for motion in parts}
     joined_names = "+".join(names)
     if len(names) > _MOST_NAMED_MOTIONS or len(joined_names) > _LONGEST_NAME:
@@ -122,20 +125,9 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
         name=name or joined_names,
         origin=f"{counted_motions(names)}, one after the other with {number(pause)} s between",
         derivatives_from=sources.pop() if len(sources) == 1 else "as each motion states",
-        gaps=tuple(sorted({*begins[1:], *inner_gaps})),
+        gaps=tuple(gaps[1:]),
         recording=_recording(parts),
-        motions=tuple(
-            Motion(
-                motion.name,
-                first,
-                end,
-                float(motion.time[0]),
-                motion.origin,
-                motion.derivatives_from,
-                motion.fingerprint,
-            )
-            for motion, first, end in zip(parts, begins, ends, strict=True)
-        ),
+        motions=tuple(motions_of_pool),
     )
 
 
@@ -143,8 +135,6 @@ def _distinct(motions: Iterable[Trajectory]) -> list[Trajectory]:
     """Motions of one arm with distinct names; at least one."""
     trajectories: list[Trajectory] = []
     for motion in motions:
-        if not isinstance(motion, Trajectory):
-            raise refusal("this is not a trajectory", "motions", "a Trajectory", in_python(motion))
         trajectories += taken_apart(motion)
     if not trajectories:
         raise refusal("there are no motions", "motions", "at least one", "none")
@@ -182,11 +172,10 @@ def _recording(motions: Sequence[Trajectory]) -> Recording | None:
         arrays = [part for part in parts if part is not None]
         return np.concatenate(arrays) if len(arrays) == len(parts) else None
 
-    cutoffs = [recording.cutoff for recording in recordings if recording.cutoff is not None]
-    cutoff, common = None, "not all of the motions were smoothed"
-    if len(cutoffs) == len(recordings):
-        cutoff = np.min(cutoffs, axis=0)
-        ends = dict.fromkeys(f"{number(float(extreme(cutoffs)))} Hz" for extreme in (np.min, np.max))
+    cutoffs = joined([None if each.cutoff is None else each.cutoff[None] for each in recordings])
+    common = "not all of the motions were smoothed"
+    if cutoffs is not None:
+        ends = dict.fromkeys(f"{number(float(cutoff))} Hz" for cutoff in (cutoffs.min(), cutoffs.max()))
         common = f"each motion smoothed by itself, cut-off {' to '.join(ends)}"
     notes = (
         f"{motion.name}: {note}"
@@ -197,7 +186,7 @@ def _recording(motions: Sequence[Trajectory]) -> Recording | None:
         np.concatenate([recording.q for recording in recordings]),
         joined([recording.torque for recording in recordings]),
         joined([recording.torque_filtered for recording in recordings]),
-        cutoff,
+        None if cutoffs is None else cutoffs.min(axis=0),
         np.max([recording.noise_q for recording in recordings], axis=0),
         np.max([recording.noise_qdd for recording in recordings], axis=0),
         recordings[0].columns,

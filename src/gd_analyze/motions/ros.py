@@ -8,11 +8,9 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location
 from gd_analyze.motions.reading import refusal
-from gd_analyze.motions.table import ArrayTable, missing_library
+from gd_analyze.motions.table import ArrayTable, gathered, missing_library, refusing_damage
 from gd_analyze.motions.text import is_number
 from gd_analyze.motions.vocabulary import VOCABULARY, words_in
 from gd_analyze.progress import NO_PROGRESS, Progress
@@ -26,6 +24,7 @@ _ECHOED = ("position", "velocity", "effort")
 _FIELDS = {word: word for word in _ECHOED} | {
     **{"positions": "position", "velocities": "velocity", "accelerations": "acceleration"}
 }
+_STAMP, _ARRIVAL = "header/stamp_ns", "received/time_ns"
 _SIDES = ("actual", "feedback", "desired", "reference", "command", "output")
 _INTEGER = re.compile(r"[0-9]{1,19}")
 # Messages of a bag after which progress is reported again.
@@ -39,24 +38,20 @@ def read_bag(path: Path, topic: str | None = None, progress: Progress = NO_PROGR
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise missing_library("rosbags", path) from None
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            chosen = _connections(reader.connections, topic, path)
-            states = all(connection.msgtype == _STATE for connection in chosen)
-            commanded = states and bool({*words_in(chosen[0].topic)} & VOCABULARY["kind"]["target"])
-            messages = (
-                (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
-                for connection, received, raw in reader.messages(connections=chosen)
-            )
-            progress.stage("reading", sum(connection.msgcount for connection in chosen))
-            return _gathered(path, messages, commanded, progress)
-    except TrajectoryError:
-        raise
-    # A damaged bag makes every part of the library fail in its own way: struct, sqlite, zstd, assertions.
-    except Exception as error:
-        fault, expected = str(error).split("\n", 1)[0] or type(error).__name__, "a whole bag of ROS"
-        step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
-        raise refusal("the bag cannot be read", Location(path), expected, fault, step) from None
+    step = "check it with `ros2 bag info`; messages that are not part of ROS need their definitions"
+    with (
+        refusing_damage(path, "the bag cannot be read", "a whole bag of ROS", step),
+        AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
+    ):
+        chosen = _connections(reader.connections, topic, path)
+        states = all(connection.msgtype == _STATE for connection in chosen)
+        commanded = states and bool({*words_in(chosen[0].topic)} & VOCABULARY["kind"]["target"])
+        messages = (
+            (reader.deserialize(raw, connection.msgtype), connection.msgtype, received)
+            for connection, received, raw in reader.messages(connections=chosen)
+        )
+        progress.stage("reading", sum(connection.msgcount for connection in chosen))
+        return _table_of(path, messages, commanded, progress)
 
 
 def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> list[Any]:
@@ -94,21 +89,21 @@ def echoed_names(cells: Sequence[str]) -> tuple[str, ...] | None:
 def _rows_of(message: Any, kind: str) -> Iterator[tuple[int, dict[str, float]]]:
     """Rows of a message: ns since its stamp, and values of joints by column name."""
     names = message.name if kind == _STATE else message.joint_names
+    row: dict[str, float] = {}
     if kind == _TRAJECTORY:
         for point in message.points:
-            yield _nanoseconds(point.time_from_start), dict(_values(point, names, ""))
+            yield _nanoseconds(point.time_from_start), _values(point, names, "")
     elif kind == _STATE:
-        yield 0, dict(_values(message, names, ""))
+        yield 0, _values(message, names, "")
     elif kind == _DYNAMIC:
-        row: dict[str, float] = {}
         for name, interfaces in zip(names, message.interface_values, strict=True):
             for interface, value in zip(interfaces.interface_names, interfaces.values, strict=True):
                 row[f"{name}/{interface}"] = float(value)
         yield 0, row
     else:
-        sides = ((side, getattr(message, side, None)) for side in _SIDES)
-        of_sides = (_values(point, names, f"{side}/") for side, point in sides if point is not None)
-        yield 0, {key: value for values in of_sides for key, value in values}
+        for side in _SIDES:
+            row |= _values(getattr(message, side, None), names, f"{side}/")
+        yield 0, row
 
 
 def _nanoseconds(stamp: Any) -> int:
@@ -116,58 +111,52 @@ def _nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def _values(point: Any, names: Sequence[str], prefix: str) -> Iterator[tuple[str, float]]:
+def _values(point: Any, names: Sequence[str], prefix: str) -> dict[str, float]:
+    row: dict[str, float] = {}
     for key, quantity in _FIELDS.items():
         values = getattr(point, key, None)
         if values is None or len(values) == 0:
             continue
         if len(values) != len(names):
             raise ValueError(f"{len(values)} of {key} for {len(names)} joints")
-        for name, value in zip(names, values, strict=True):
-            yield f"{prefix}{name}/{quantity}", float(value)
+        row |= {f"{prefix}{name}/{quantity}": float(x) for name, x in zip(names, values, strict=True)}
+    return row
 
 
-def _gathered(
-    path: str | Path,
-    messages: Iterable[tuple[Any, str, int]],
-    commanded: bool,
-    progress: Progress,
-) -> ArrayTable:
-    """Rows of messages, each with its kind and time of arrival, ns; nan for missing joints.
+def _records(
+    messages: Iterable[tuple[Any, str, int]], plans: list[int], progress: Progress
+) -> Iterator[dict[str, float]]:
+    """Rows of messages, each with its kind and time of arrival, ns; `plans` takes the points of each plan.
 
     Raises ValueError if a message is inconsistent.
     """
-    columns: dict[str, list[float]] = {}
-    stamps: list[int] = []
-    arrivals: list[int] = []
-    plans: list[int] = []  # points of each JointTrajectory
-    for number, (message, kind, received) in enumerate(messages):
+    for number, (message, kind, received) in enumerate(messages, start=1):
         try:
             stamp = _nanoseconds(message.header.stamp)
             rows = list(_rows_of(message, kind))
         except ValueError as error:
-            raise ValueError(f"in message {number + 1}, {error}") from None
+            raise ValueError(f"in message {number}, {error}") from None
         if kind == _TRAJECTORY:
             plans.append(len(rows))
         for later, values in rows:
-            for key, value in values.items():
-                column = columns.setdefault(key, [])
-                column.extend([np.nan] * (len(stamps) - len(column)))
-                column.append(value)
-            stamps.append(stamp + later)
-            arrivals.append(received + later)
-        if (number + 1) % _MESSAGES_PER_REPORT == 0:
+            yield {_STAMP: stamp + later, _ARRIVAL: received + later, **values}
+        if number % _MESSAGES_PER_REPORT == 0:
             progress.advance(_MESSAGES_PER_REPORT)
-    if not columns:
-        expected = "messages with names and positions of joints"
-        content = f"{len(stamps)} messages without numbers" if stamps else "no message"
-        raise refusal("the log contains no motion", Location(path), expected, content, "check the recording")
+
+
+def _table_of(
+    path: Path, messages: Iterable[tuple[Any, str, int]], commanded: bool, progress: Progress
+) -> ArrayTable:
+    """Rows of messages; nan for missing joints."""
+    plans: list[int] = []
+    columns = gathered(_records(messages, plans, progress))
+    if not {*columns} - {_STAMP, _ARRIVAL}:
+        expected, step = "messages with names and positions of joints", "check the recording"
+        content = f"{len(columns[_STAMP])} messages without numbers" if columns else "no message"
+        raise refusal("the log contains no motion", Location(path), expected, content, step)
     lengths = [str(points) for points in plans if points > 1]
     if len(lengths) > 1:
         problem, content = f"the log contains {len(lengths)} trajectories", f"{', '.join(lengths[:6])} points"
         expected, step = "one JointTrajectory, or points in a row", "write each to a file of its own"
         raise refusal(problem, Location(path), expected, content, step)
-    numbers = [np.array(column + [np.nan] * (len(stamps) - len(column))) for column in columns.values()]
-    times = (np.array(stamps, dtype=np.int64), np.array(arrivals, dtype=np.int64))
-    names = ("header/stamp_ns", "received/time_ns", *columns)
-    return ArrayTable(path, names, (*times, *numbers), commanded or bool(plans) or None)
+    return ArrayTable(path, tuple(columns), tuple(columns.values()), commanded or bool(plans) or None)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from datetime import date
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +24,16 @@ from gd_analyze.text import LARGEST, in_python, visible
 
 # 2025-03-04T10:20:30.016Z, 04.03.2025 10:20:30,016, 10:20:30.016; not 03/04/2025, which has two meanings.
 _INSTANT = re.compile(
-    r"(?:(?:(?P<year>[0-9]{4})[-/](?P<month>[0-9]{1,2})[-/](?P<day>[0-9]{1,2})"
-    r"|(?P<d>[0-9]{1,2})\.(?P<m>[0-9]{1,2})\.(?P<y>[0-9]{4}))[T ]+)?"
-    r"(?P<hours>[0-9]{1,2}):(?P<minutes>[0-5][0-9]):(?P<seconds>[0-5][0-9])(?:[.,:](?P<fraction>[0-9]{1,12}))?"
-    r" ?(?:Z|UTC|(?P<sign>[+-])(?P<zone_hours>[0-9]{2}):?(?P<zone_minutes>[0-9]{2}))?"
+    r"(?:([0-9]{4}[-/][0-9]{1,2}[-/][0-9]{1,2}|[0-9]{1,2}\.[0-9]{1,2}\.[0-9]{4})[T ]+)?"
+    r"([0-9]{1,2}):([0-5][0-9]):([0-5][0-9])(?:[.,:]([0-9]{1,12}))?"
+    r" ?(?:Z|UTC|([+-])([0-9]{2}):?([0-9]{2}))?"
 )
 _EPOCH = date(1970, 1, 1).toordinal()
 
 # Number of first rows by which a column is judged.
 HEAD_ROWS = 200
 # More wrong rows than this are another format.
-MOST_WRONG = 1000
+_MOST_WRONG = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,20 +63,17 @@ def nanoseconds_in(text: str) -> int | None:
     match = _INSTANT.fullmatch(text.strip())
     if match is None:
         return None
-    try:
-        day = date(*(int(match[k]) for k in ("year", "month", "day"))) if match["year"] else None
-        day = date(*(int(match[k]) for k in ("y", "m", "d"))) if match["y"] else day
-    except ValueError:
-        return None
-    hours, minutes, seconds = (int(match[k]) for k in ("hours", "minutes", "seconds"))
-    days = 0 if day is None else day.toordinal() - _EPOCH
-    zone = (
-        int(f"{match['sign']}{int(match['zone_hours']) * 60 + int(match['zone_minutes'])}")
-        if match["sign"]
-        else 0
-    )
-    whole = days * 86400 + hours * 3600 + (minutes - zone) * 60 + seconds
-    return whole * 10**9 + int((match["fraction"] or "").ljust(9, "0")[:9])
+    day, hours, minutes, seconds, fraction, sign, *zone = match.groups()
+    days = 0
+    if day:
+        parts = [int(part) for part in re.split("[-/.]", day)]
+        try:
+            days = date(*(parts[::-1] if "." in day else parts)).toordinal() - _EPOCH
+        except ValueError:
+            return None
+    ahead = int(zone[0]) * 60 + int(zone[1]) if sign else 0
+    whole_minutes = days * 1440 + int(hours) * 60 + int(minutes) - (-ahead if sign == "-" else ahead)
+    return (whole_minutes * 60 + int(seconds)) * 10**9 + int((fraction or "").ljust(9, "0")[:9])
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +94,8 @@ class LogTable(ABC):
     names: tuple[str, ...]  # names of the columns; all empty if there is no header
     planned: bool | None = None  # whether the kind of message is a plan; None if unknown
     set_points: bool = False  # whether the file has a header of set points: time, q1, qd1_deg
+    header_line: int | None = None  # line of the names
+    lines: tuple[int, ...] = ()  # of the rows, if they are known before they are read
 
     @abstractmethod
     def head(self, column: int) -> list[str | float]:
@@ -107,15 +108,16 @@ class LogTable(ABC):
     def stands(self, column: int) -> bool:
         """Whether a column begins with several equal numbers."""
         first = self.head(column)
-        return len(first) > 1 and len(set(first)) == 1
+        return len(first) > 1 and all(cell == first[0] for cell in first)
 
     def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row, a column or both, counted from 0."""
-        return Location(self.path, None if row is None else row + 1, None if column is None else column + 1)
+        """Place of a row, a column or both, counted from 0; a row of a text is found by reading it."""
+        line = self.header_line if row is None else self.lines_of([row])[0]
+        return Location(self.path, line, None if column is None else column + 1)
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order; in a table without lines the row's number from 1."""
-        return [row + 1 for row in rows]
+        return [self.lines[row] if self.lines else row + 1 for row in rows]
 
     def label(self, column: int) -> str:
         """Name of a column, or its number."""
@@ -134,18 +136,8 @@ class ArrayTable(LogTable):
     names: tuple[str, ...]
     columns: tuple[FloatArray | NDArray[np.int64], ...]
     planned: bool | None = None
-    lines: tuple[int, ...] = ()  # of the rows, if they were read from lines of text
+    lines: tuple[int, ...] = ()
     wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
-
-    def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place of a row, a column or both, counted from 0."""
-        if not self.lines or row is None:
-            return super().where(row, column)
-        return Location(self.path, self.lines[row], None if column is None else column + 1)
-
-    def lines_of(self, rows: Sequence[int]) -> list[int]:
-        """Line of each row."""
-        return [self.lines[row] for row in rows] if self.lines else super().lines_of(rows)
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""
@@ -167,11 +159,48 @@ def too_large(table: LogTable, values: FloatArray, numbers: Sequence[int]) -> di
         if row not in wrong:
             message = f"{table.label(numbers[k])} is too large for any motion"
             where, expected = table.where(row, numbers[k]), f"numbers up to {LARGEST:g}"
-            wrong[row] = refusal(message, where, expected, str(values[row, k]), "check its unit")
-            if len(wrong) > MOST_WRONG:
-                raise wrong[min(wrong)]
+            add_wrong(wrong, row, refusal(message, where, expected, str(values[row, k]), "check its unit"))
     values[list(wrong)] = np.nan
     return wrong
+
+
+def add_wrong(wrong: dict[int, TrajectoryError], row: int, error: TrajectoryError) -> None:
+    """Add a row that cannot be read; raise the first error where there are too many."""
+    wrong[row] = error
+    if len(wrong) > _MOST_WRONG:
+        raise wrong[min(wrong)]
+
+
+def gathered(rows: Iterable[Mapping[str, float]]) -> dict[str, NDArray[Any]]:
+    """Columns by name of rows that hold numbers by name; nan where a row has none."""
+    columns: dict[str, list[float]] = {}
+    count = 0
+    for row in rows:
+        for name, value in row.items():
+            column = columns.setdefault(name, [])
+            column.extend([math.nan] * (count - len(column)))
+            column.append(value)
+        count += 1
+    return {name: np.array(column + [math.nan] * (count - len(column))) for name, column in columns.items()}
+
+
+@contextmanager
+def refusing_damage(path: str | Path, message: str, expected: str, next_step: str) -> Iterator[None]:
+    """Turn what a library raises on a damaged file into a TrajectoryError."""
+    try:
+        yield
+    except TrajectoryError:
+        raise
+    # Every part of these libraries fails in its own way: zip, struct, SQLite, HDF5, assertions, memory.
+    except Exception as error:
+        fault = str(error).split("\n", 1)[0] or type(error).__name__
+        raise refusal(message, Location(path), expected, fault, next_step) from None
+
+
+def changed_names(where: Location, before: str, now: str) -> TrajectoryError:
+    """Error for rows of several arms."""
+    message, step = "the joints' names change", "write each arm's rows to a file"
+    return refusal(message, where, f"{before}, as before", now, step)
 
 
 def missing_library(library: str, path: str | Path) -> TrajectoryError:
@@ -187,103 +216,89 @@ class ParquetTable(LogTable):
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = path
         try:
             import pyarrow
             import pyarrow.parquet
         except ImportError:
             raise missing_library("pyarrow", path) from None
-        self._arrow = pyarrow
-        # Errors raised by a damaged file.
-        self._errors = (OSError, ValueError, pyarrow.lib.ArrowException)
-        try:
+        self.path, self._arrow = path, pyarrow
+        # Of each column: its name, the field that holds it, and its index in a list, from 0
+        columns: list[tuple[str, str, int | None]] = []
+        with self._refusing_damage():
             self._file = pyarrow.parquet.ParquetFile(path)
-            self._first = next(self._file.iter_batches(HEAD_ROWS), None)
-            self._fields = [element for field in self._file.schema_arrow for element in self._elements(field)]
-        except self._errors as error:
-            raise self._broken(error) from None
-        self.names = tuple(
-            f"{name} [ns]" if _is_instant(kind) else f"{name}_{at + 1}" if at is not None else name
-            for name, kind, at in self._fields
-        )
+            batches, schema = self._file.iter_batches(HEAD_ROWS), self._file.schema_arrow
+            self._first = pyarrow.Table.from_batches(islice(batches, 1), schema)
+            for field in schema:
+                name, cells = field.name, self._first.column(field.name)
+                if pyarrow.types.is_list(field.type) or pyarrow.types.is_fixed_size_list(field.type):
+                    width = len(cells[0].as_py() or ()) if len(cells) else 0
+                    columns += [(f"{name}_{k + 1}", name, k) for k in range(width)]
+                else:
+                    columns.append((f"{name} [ns]" if self._are_instants(cells) else name, name, None))
+        self.names, self._fields = tuple(name for name, *_ in columns), [field for _, *field in columns]
+
+    def _refusing_damage(self) -> AbstractContextManager[None]:
+        message = "the log cannot be read as Parquet"
+        return refusing_damage(self.path, message, "a Parquet file", "write it again")
+
+    def _are_instants(self, cells: Any) -> bool:
+        """Whether cells are instants, or texts of which the first is a date."""
+        types = self._arrow.types
+        if types.is_string(cells.type):
+            return nanoseconds_in(next(filter(None, cells.to_pylist()), "")) is not None
+        return bool(types.is_timestamp(cells.type) or types.is_duration(cells.type))
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column."""
-        kind = self._fields[column][1]
-        if not _is_instant(kind) and not str(kind).startswith(("int", "uint", "float", "double", "half")):
-            return ["text"]
-        try:
-            return [] if self._first is None else list(self._numbers(self._of(self._first, column)).tolist())
-        except self._errors as error:  # also for numbers beyond signed 64 bits
-            raise self._broken(error) from None
+        with self._refusing_damage():  # also for numbers beyond signed 64 bits
+            cells = self._cells(self._first, column)
+            return ["text"] if cells is None else list(cells.tolist())
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns, one row group at a time."""
         table = np.empty((self._file.metadata.num_rows, len(numbers)))
         instants: list[list[Any]] = [[np.empty(0, dtype=np.int64)] for _ in stamps]
-        columns = sorted({*numbers, *stamps})
+        fields = list(dict.fromkeys(self._fields[k][0] for k in sorted({*numbers, *stamps})))
         row, groups = 0, self._file.metadata.num_row_groups
         progress.stage("reading", groups)
-        try:
+        with self._refusing_damage():
             for group in range(groups):
-                names = dict.fromkeys(self._fields[k][0] for k in columns)
-                read = self._file.read_row_group(group, columns=list(names))
-                arrays = {k: self._of(read, k) for k in columns}
+                rows = self._file.read_row_group(group, columns=fields)
                 for i, k in enumerate(numbers):
-                    table[row : row + read.num_rows, i] = self._numbers(arrays[k], exact=False)
+                    table[row : row + rows.num_rows, i] = self._cells(rows, k)
                 for parts, k in zip(instants, stamps, strict=True):
-                    parts.append(self._numbers(arrays[k]))
-                row += read.num_rows
+                    parts.append(self._cells(rows, k))
+                row += rows.num_rows
                 progress.advance()
-        except self._errors as error:
-            raise self._broken(error) from None
         wrong = too_large(self, table, numbers)
         return Columns(table, tuple(Stamps.of(np.concatenate(parts)) for parts in instants), wrong=wrong)
 
-    def _elements(self, field: Any) -> list[tuple[str, Any, int | None]]:
-        """Name, type and index in the list, from 0, of a field's columns."""
-        if self._arrow.types.is_string(field.type) and self._first is not None:
-            cells = (cell for cell in self._first.column(field.name).to_pylist() if cell)
-            is_date = nanoseconds_in(next(cells, "")) is not None
-            return [(field.name, self._arrow.duration("ns") if is_date else field.type, None)]
-        if not self._arrow.types.is_list(field.type) and not self._arrow.types.is_fixed_size_list(field.type):
-            return [(field.name, field.type, None)]
-        first = self._first.column(field.name)[0].as_py() if self._first else None
-        return [(field.name, field.type.value_type, k) for k in range(len(first or ()))]
-
-    def _of(self, rows: Any, column: int) -> Any:
-        """A column of some rows."""
-        name, _, at = self._fields[column]
-        values = rows.column(name)
-        if self._arrow.types.is_string(values.type):
-            return self._arrow.array(map(self._date, values.to_pylist()), self._arrow.duration("ns"))
-        if at is None:
-            return values
+    def _cells(self, rows: Any, column: int) -> NDArray[Any] | None:
+        """Cells of a column in some rows: whole numbers or floats, instants in nanoseconds; None for text."""
         import pyarrow.compute
 
-        return pyarrow.compute.list_element(values, at)
-
-    def _date(self, cell: str | None) -> int | None:
-        instant = nanoseconds_in(cell) if cell else None
-        if cell and instant is None:
-            raise ValueError(f"{in_python(cell)} is no date and time, as the first cell is")
-        return instant
-
-    def _numbers(self, column: Any, *, exact: bool = True) -> Any:
-        """Floats, or integers if the file has them; instants in nanoseconds."""
-        if _is_instant(column.type):
-            kind = self._arrow.timestamp if str(column.type).startswith("timestamp") else self._arrow.duration
-            column = column.cast(kind("ns")).cast(self._arrow.int64())
-        is_whole = exact and not column.null_count and str(column.type).startswith(("int", "uint"))
-        # A batch must be told to copy, a table's column has no such argument.
-        options = {} if isinstance(column, self._arrow.ChunkedArray) else {"zero_copy_only": False}
+        types, (field, element) = self._arrow.types, self._fields[column]
+        cells = rows.column(field)
+        if self.names[column] == f"{field} [ns]":
+            cells = self._nanoseconds(cells)
+        elif element is not None:
+            cells = pyarrow.compute.list_element(cells, element)
+        if not types.is_integer(cells.type) and not types.is_floating(cells.type):
+            return None
+        is_whole = types.is_integer(cells.type) and not cells.null_count
         kind = self._arrow.int64() if is_whole else self._arrow.float64()
-        return column.cast(kind, safe=is_whole).to_numpy(**options)
+        return np.asarray(cells.cast(kind, safe=is_whole))
 
-    def _broken(self, error: Exception) -> TrajectoryError:
-        where, fault = Location(self.path), str(error).split("\n", 1)[0]
-        return refusal("the log cannot be read as Parquet", where, "a Parquet file", fault, "write it again")
-
-
-def _is_instant(kind: Any) -> bool:
-    return str(kind).startswith(("timestamp", "duration"))
+    def _nanoseconds(self, cells: Any) -> Any:
+        """Instants as whole numbers."""
+        if not self._arrow.types.is_string(cells.type):
+            kind = (
+                self._arrow.timestamp if self._arrow.types.is_timestamp(cells.type) else self._arrow.duration
+            )
+            return cells.cast(kind("ns")).cast(self._arrow.int64())
+        texts = cells.to_pylist()
+        dates = [nanoseconds_in(text) if text else None for text in texts]
+        for text, date_ns in zip(texts, dates, strict=True):
+            if text and date_ns is None:
+                raise ValueError(f"{in_python(text)} is no date and time, as the first cell is")
+        return self._arrow.array(dates, self._arrow.int64())

@@ -7,28 +7,30 @@ import io
 import math
 import re
 import shlex
-import warnings
 from codecs import BOM_UTF8
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
-from gd_analyze.arrays import are_possible
+from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import Location, TrajectoryError
 from gd_analyze.motions.column_units import unit_in_words
 from gd_analyze.motions.names import are_of_set_points
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.table import (
     HEAD_ROWS,
-    MOST_WRONG,
     Columns,
     LogTable,
     Stamps,
+    add_wrong,
+    changed_names,
     nanoseconds_in,
 )
 from gd_analyze.progress import NO_PROGRESS, Progress
@@ -36,15 +38,11 @@ from gd_analyze.text import LARGEST, in_python, number_in
 
 # A separate line where the motion between the set points above and below is unknown.
 GAP = "# gap"
-_NEEDS_LOOK = re.compile(rb"(?m)^[ \t]*(?:#|$)")
-_NEWLINE, _BEFORE_NO_ROW = ord("\n"), list(b" \t#\n")
+_COMMENT_OR_BLANK = re.compile(rb"\n[ \t]*[#\n]")
 EMPTY = frozenset({"", "nan", "-nan", "na", "n/a", "null", "none", "-"})
 _NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), empty.capitalize(), "NaN")})
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
-# Functions of pandas that read tables of other formats; not pickles, which execute code when they are read.
-_PANDAS = dict.fromkeys((".xlsx", ".xls", ".ods"), "read_excel") | {
-    **{".feather": "read_feather", ".orc": "read_orc", ".dta": "read_stata"}
-}
+_SPREADSHEETS = (".xlsx", ".xls", ".ods")
 _HEADING = re.compile(r"[A-Za-z]+ ?:\s+")
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
@@ -85,17 +83,15 @@ def _split(line: str, delimiter: str, where: Location) -> list[str]:
         raise refusal("the line is not CSV", where, expected, str(error)) from None
 
 
-def _is_row(line: str) -> bool:
-    return not line.lstrip().startswith("#") and bool(line.strip())
-
-
 # First rows by which delimiters are judged.
 _JUDGED_ROWS = 8
 
 
 def layout_of(lines: Sequence[str], path: str | Path) -> TextLayout:
     """Detect the layout of a text table; TrajectoryError if there is no row, or a name is far too long."""
-    rows = [(k, line) for k, line in enumerate(lines, 1) if _is_row(line)]
+    rows = [
+        (k, line) for k, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")
+    ]
     if not rows:
         content = "comments only" if any(line.strip() for line in lines) else "no data"
         expected = "a line of names, such as time,q1,q2, and a line per instant"
@@ -134,12 +130,8 @@ def _with_units(
     """Names with units from the line below, if it has them, and the first row."""
     units = [cell.strip().strip("[]()") for cell in following[0][1].split(delimiter)]
     stated_units = [unit for unit in units if unit not in ("", "-", "1")]
-    if (
-        len(following) < 2
-        or len(units) != len(names)
-        or not stated_units
-        or None in map(unit_in_words, stated_units)
-    ):
+    are_units = stated_units and None not in map(unit_in_words, stated_units)
+    if len(following) < 2 or len(units) != len(names) or not are_units:
         return tuple(names), following[0]
     pairs = zip(names, units, strict=True)
     return tuple(f"{name} [{unit}]" if unit in stated_units else name for name, unit in pairs), following[1]
@@ -167,21 +159,6 @@ def refuse_long_names(names: Sequence[str], where: Location) -> None:
             raise refusal(message, place, expected, in_python(name), "check that the file is a log")
 
 
-def _require_number(cell: str, name: str, where: Location) -> None:
-    """Raise a TrajectoryError if a cell is not a finite number of possible size."""
-    number = number_in(cell)
-    if number is None and cell.lower() in EMPTY | _INFINITE:
-        value, step = cell or "an empty cell", "replace or remove the line; gaps are not filled in"
-        raise refusal(f"{name} is not a finite number", where, "a finite number", value, step)
-    if number is None:
-        expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
-        step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(cell) else "correct the cell"
-        raise refusal(f"{name} is not a number", where, expected, in_python(cell), step)
-    if not are_possible(number):
-        expected, step = f"numbers up to {LARGEST:g}", "check its unit: time is in seconds"
-        raise refusal(f"{name} is too large for any motion", where, expected, in_python(cell), step)
-
-
 @dataclass(frozen=True, eq=False)
 class _Block:
     """A block of rows."""
@@ -191,8 +168,10 @@ class _Block:
     gaps: Sequence[int] = ()  # rows before which there is a gap
 
     @property
-    def lines(self) -> list[str]:
-        return self.data.decode("utf-8", errors="replace").split("\n")[:-1]
+    def lines(self) -> Iterator[tuple[int, str]]:
+        """Number and text of each line."""
+        texts = self.data.decode("utf-8", errors="replace").split("\n")[:-1]
+        return zip(self.numbers, texts, strict=True)
 
 
 # Bytes of the beginning, where layout and names are found, and of a block of rows.
@@ -200,14 +179,16 @@ _HEAD_BYTES = 1_000_000
 _BLOCK_BYTES = 2_000_000
 # The array of numbers, when it is full, grows by its rows over this.
 _GROWTH_DIVISOR = 8
-# Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off.
+# Doubles hold smaller instants to a few nanoseconds; from larger ones the integer part is split off, which a
+# signed integer of 64 bits holds.
 _LARGEST_EXACT_INSTANT = 1e6
+_LARGEST_BASE = 2.0**62
 
 
 class TextTable(LogTable):
-    """A text file, or the bytes of one; `names` are for a file without names."""
+    """A text file, or the bytes of one."""
 
-    def __init__(self, path: str | Path, data: bytes | None = None, names: tuple[str, ...] = ()) -> None:
+    def __init__(self, path: str | Path, data: bytes | None = None) -> None:
         self.path, self.data = path, data
         with self._opened() as file:
             head = file.read(_HEAD_BYTES)
@@ -219,309 +200,254 @@ class TextTable(LogTable):
         lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
         self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
-        self.names = names or self.layout.names
-        numbered = enumerate(self.first_lines[self.layout.first - 1 :], self.layout.first)
-        rows = islice(((number, line) for number, line in numbered if _is_row(line)), HEAD_ROWS)
-        self._head = [self._cells(line, number) for number, line in rows]
+        self.names, self.header_line = self.layout.names, self.layout.header or None
+        self._head = [self._cells(number, line) for number, line in islice(self._lines(), HEAD_ROWS)]
         self.first_cells = self._head[0]
-        named = not names and all(self.names) and are_of_set_points(self.names)
-        self.set_points = named and not any(self._are_dates(k) for k in range(len(self.first_cells)))
+        self._dates = [k for k in range(len(self.names)) if nanoseconds_in(self._first(k)) is not None]
+        self.set_points = all(self.names) and are_of_set_points(self.names) and not self._dates
 
-    def _cells(self, line: str, number: int) -> list[str]:
+    def _cells(self, number: int, line: str) -> list[str]:
         return [cell.strip() for cell in _split(line, self.layout.delimiter, Location(self.path, number))]
+
+    def _first(self, column: int) -> str:
+        """First cell of a column that is not empty."""
+        cells = (row[column] for row in self._head if column < len(row))
+        return next((cell for cell in cells if cell.lower() not in EMPTY), "")
 
     def require_constant(self, first: Mapping[int, str], *, or_empty: bool = False) -> None:
         """Raise a TrajectoryError if a text column is not constant, or is empty unless `or_empty`."""
-        columns = sorted(first)
-        for block in self._blocks():
-            frame = self._parsed(block, columns, frozenset(columns)) if block.numbers else {}
-            if frame is None:
-                raise next((error for _, error in self._wrong(block, (), ())), self._no_table(block))
-            for column, cells in frame.items():
-                for row, cell in enumerate(cells if column in first else ()):
-                    # An empty cell is read as nan.
-                    differs = cell.strip() != first[column] if isinstance(cell, str) else not or_empty
-                    if differs:
-                        where = Location(self.path, block.numbers[row], column + 1)
-                        expected, step = f"{first[column]}, as before", "write each arm's rows to a file"
-                        raise refusal("the joints' names change", where, expected, str(cell), step)
+        for number, cells in self.rows():
+            if isinstance(cells, TrajectoryError):
+                continue
+            for column, expected in first.items():
+                cell = cells[column]
+                if cell != expected and not (or_empty and cell.lower() in EMPTY):
+                    raise changed_names(Location(self.path, number, column + 1), expected, cell or "nothing")
 
     def head(self, column: int) -> list[str | float]:
         """First cells of a column; dates in seconds."""
-        read: list[str | float] = []
-        for row in self._head:
-            cell = row[column] if column < len(row) else ""
-            if cell.lower() in EMPTY:
-                read.append(float("nan"))
-                continue
-            if cell.lower() in _INFINITE:
-                read.append(math.inf)
-                continue
-            number, date = number_in(self.layout.plain(cell)), nanoseconds_in(cell)
-            read.append(number if number is not None else cell if date is None else 1e-9 * date)
-        return read
+        return [self.value(row[column] if column < len(row) else "") for row in self._head]
 
-    def _are_dates(self, column: int) -> bool:
-        """Whether a column begins with a date or a time of day."""
-        cells = (row[column] for row in self._head if column < len(row))
-        first = next((cell for cell in cells if cell.lower() not in EMPTY), "")
-        return nanoseconds_in(first) is not None
+    def value(self, cell: str) -> str | float:
+        """Number in a cell, seconds of a date, nan where it is empty; or any other text as it is."""
+        if cell.lower() in EMPTY | _INFINITE:
+            return math.nan
+        number, date = number_in(self.layout.plain(cell)), nanoseconds_in(cell)
+        return number if number is not None else cell if date is None else 1e-9 * date
 
     def stands(self, column: int) -> bool:
         """Whether the column begins with several cells that are equal to the last digit."""
         cells = {row[column] for row in self._head if column < len(row)}
         return len(self._head) > 1 and len(cells) == 1 and "" not in cells
 
-    def where(self, row: int | None = None, column: int | None = None) -> Location:
-        """Place in the file; finding a row's line takes as long as reading the file."""
-        line = self.layout.header or None if row is None else self._line(row)[0]
-        return Location(self.path, line, None if column is None else column + 1)
-
     def cell(self, row: int, column: int) -> str:
         """A cell as written."""
-        number, line = self._line(row)
-        return self._cells(line, number)[column]
+        return self._cells(*next(islice(self._lines(), row, None)))[column]
 
-    def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
-        """Line and cells of every row, or why it cannot be read."""
-        for block in self._blocks():
-            wrong = dict(self._wrong(block, (), ())) if block.numbers else {}
-            for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
-                yield number, wrong[row] if row in wrong else self._cells(line, number)
-
-    def _line(self, row: int) -> tuple[int, str]:
-        blocks = (zip(block.numbers, block.lines, strict=True) for block in self._blocks())
-        return next(islice(chain.from_iterable(blocks), row, None))
+    def _lines(self) -> Iterator[tuple[int, str]]:
+        """Number and text of each row's line."""
+        return chain.from_iterable(block.lines for block in self._blocks())
 
     def lines_of(self, rows: Sequence[int]) -> list[int]:
         """Line of each row, both in ascending order, in one pass through the file."""
-        lines, before = list[int](), 0
-        for block in self._blocks():
-            end = before + len(block.numbers)
-            lines += [block.numbers[row - before] for row in rows if before <= row < end]
-            before = end
-        return lines
+        numbers = chain.from_iterable(block.numbers for block in self._blocks())
+        wanted = {*rows}
+        return [number for row, number in enumerate(numbers) if row in wanted]
+
+    def rows(self) -> Iterator[tuple[int, list[str] | TrajectoryError]]:
+        """Line and cells of every row, or why it cannot be read."""
+        for number, line in self._lines():
+            try:
+                yield number, self._row(number, line)
+            except TrajectoryError as error:
+                yield number, error
+
+    def _row(self, number: int, line: str) -> list[str]:
+        """Cells of a line; TrajectoryError if there is not one per column."""
+        cells, width = self._cells(number, line), len(self.names)
+        if len(cells) != width:
+            message = f"the line has too {'few' if len(cells) < width else 'many'} columns"
+            where = Location(self.path, number, min(len(cells), width) + 1)
+            expected = f"{width} columns, as in the {'header' if self.layout.header else 'first line'}"
+            step = "complete the line, or remove it if the recording broke off there"
+            raise refusal(message, where, expected, str(len(cells)), step)
+        return cells
 
     def read(self, numbers: Sequence[int], stamps: Sequence[int], progress: Progress) -> Columns:
         """Read columns in one pass through the file."""
-        values = np.empty((0, len(numbers)))
-        texts: list[list[Any]] = [[np.empty(0, dtype=object)] for _ in stamps]
-        gaps, rows, wrong = list[int](), 0, dict[int, TrajectoryError]()
+        bases = {column: self._base(column) for column in stamps}
+        values, count, width = np.empty((0, len(numbers))), 0, len(numbers)
+        offsets = [np.empty((0, len(stamps)))]
+        gaps, wrong = list[int](), dict[int, TrajectoryError]()
         for block in self._blocks(progress):
-            gaps += [rows + gap for gap in block.gaps]
-            if block.numbers:
-                frame, of_block = self._sound(block, numbers, stamps)
-                wrong |= {rows + row: error for row, error in of_block.items()}
-                if len(wrong) > MOST_WRONG:
-                    raise wrong[min(wrong)]
-                if rows + len(frame) > len(values):
-                    # Grown in place: joining all blocks in the end would hold a long log twice.
-                    grown = rows + len(frame) + rows // _GROWTH_DIVISOR
-                    values.resize((grown, len(numbers)), refcheck=False)
-                if numbers:
-                    values[rows : rows + len(frame)] = frame[list(numbers)].to_numpy(dtype=float)
-                for text, column in zip(texts, stamps, strict=True):
-                    text.append(frame[column].to_numpy(dtype=object))
-            rows += len(block.numbers)
-        cells = map(np.concatenate, texts)
-        instants = tuple(self._stamps(of, self._are_dates(k)) for of, k in zip(cells, stamps, strict=True))
-        gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < rows]
-        values.resize((rows, len(numbers)), refcheck=False)
+            gaps += [count + gap for gap in block.gaps]
+            table = self._by_pandas(block, numbers, bases) if block.numbers else None
+            if table is None:
+                table, of_block = self._by_lines(block, numbers, bases)
+                for row, error in of_block.items():
+                    add_wrong(wrong, count + row, error)
+            end = count + len(table)
+            if end > len(values):
+                # Grown in place: joining all blocks in the end would hold a long log twice.
+                values.resize((end + count // _GROWTH_DIVISOR, width), refcheck=False)
+            values[count:end] = table[:, :width]
+            offsets.append(table[:, width:].copy())
+            count = end
+        values.resize((count, width), refcheck=False)
+        instants = tuple(
+            Stamps(bases[column] or 0, of_column, "ns" if column in self._dates else "")
+            for column, of_column in zip(stamps, np.concatenate(offsets).T, strict=True)
+        )
+        gaps = [gap for gap in dict.fromkeys(gaps) if 0 < gap < count]
         return Columns(values, instants, tuple(gaps), wrong)
 
-    def _sound(
-        self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]
-    ) -> tuple[Any, dict[int, TrajectoryError]]:
-        """Columns of a block as a frame, nan in the rows that cannot be read, and why they cannot."""
-        columns, as_text = sorted({*numbers, *stamps}), frozenset(stamps)
-        frame = self._parsed(block, columns, as_text)
-        if frame is not None and self._are_possible(frame, numbers, stamps):
-            return frame, {}
-        wrong = dict(islice(self._wrong(block, numbers, stamps), MOST_WRONG + 1))
-        if len(wrong) > MOST_WRONG:
-            raise wrong[min(wrong)]
-        lines = block.data.split(b"\n")
-        for row in wrong:
-            lines[row] = self.layout.delimiter.join(["nan"] * len(self.names)).encode()
-        frame = self._parsed(_Block(b"\n".join(lines), block.numbers), columns, as_text)
-        if frame is None or not wrong:
-            raise self._no_table(block)
-        return frame, wrong
+    def _base(self, column: int) -> int | None:
+        """Integer by which a column's instants are lessened, by the first; None where doubles hold them."""
+        first = self._first(column)
+        number = number_in(self.layout.plain(first))
+        is_large = number is not None and _LARGEST_EXACT_INSTANT <= abs(number) < _LARGEST_BASE
+        return int(number) if number is not None and is_large else nanoseconds_in(first)
 
-    def _are_possible(self, frame: Any, numbers: Sequence[int], stamps: Sequence[int]) -> bool:
-        """Whether numbers are finite and of possible size, and stamps are numbers."""
+    def _offset(self, cell: str, column: int, base: int) -> float:
+        """Instant in a cell from the base, by its digits; ValueError or ArithmeticError if it is none."""
+        plain = self.layout.plain(cell)
+        if column in self._dates:
+            instant: int | Decimal | None = nanoseconds_in(cell)
+        else:  # Decimal also takes 1_000 and digits of other scripts
+            instant = Decimal(plain) if plain.isascii() and "_" not in plain else None
+        offset = math.nan if instant is None else float(instant - base)
+        if not math.isfinite(offset):
+            raise ValueError
+        return offset
+
+    def _by_pandas(
+        self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
+    ) -> FloatArray | None:
+        """Columns of numbers, then of instants, of a block; None if a row may be wrong."""
         import pandas as pd
 
-        for column in stamps:
-            cells = frame[column].dropna()
-            if self._are_dates(column):
-                if not all(self._is_instant(cell, True) for cell in cells):
-                    return False
-                continue
-            plain = cells if self.layout.decimal == "." else cells.str.replace(self.layout.decimal, ".")
-            if not np.isfinite(pd.to_numeric(plain, errors="coerce").to_numpy(dtype=float)).all():
-                return False
-        values = frame[list(numbers)].to_numpy(dtype=float) if numbers else np.empty(0)
-        return not (np.abs(values) > LARGEST).any()
-
-    def _is_instant(self, cell: str, is_date: bool) -> bool:
-        if cell.strip().lower() in EMPTY:
-            return True
-        number = None if is_date else number_in(self.layout.plain(cell))
-        return nanoseconds_in(cell) is not None if is_date else number is not None and math.isfinite(number)
-
-    def _no_table(self, block: _Block) -> TrajectoryError:
-        where, expected = Location(self.path, block.numbers[0]), f"{len(self.names)} cells in each line"
-        return refusal("the file cannot be read as a table", where, expected, "lines that do not fit")
-
-    def _parsed(self, block: _Block, columns: list[int], as_text: frozenset[int]) -> Any:
-        """Columns of a block, and the last one, as a frame; None if some row does not fit."""
-        import pandas as pd
-
-        if block.data.startswith(BOM_UTF8):
-            return None  # pandas would leave it out anywhere
-        layout, last = self.layout, len(self.names) - 1
-        used_columns = sorted({*columns, last})
-        text = as_text | ({last} - set(columns))
+        layout, columns = self.layout, [*numbers, *bases]
+        as_text = {column: base for column, base in bases.items() if base is not None}
         # Since 3.1 pandas reads every digit, and warns if told to.
         release = tuple(int(part) for part in pd.__version__.split(".")[:2])
-        exact: dict[str, Any] = {} if release >= (3, 1) else {"float_precision": "round_trip"}
+        options: dict[str, Any] = {} if release >= (3, 1) else {"float_precision": "round_trip"}
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", pd.errors.ParserWarning)
-                frame = pd.read_csv(
-                    io.BytesIO(block.data),
-                    header=None,
-                    names=range(last + 1),
-                    index_col=False,
-                    usecols=used_columns,
-                    sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
-                    decimal=layout.decimal,
-                    dtype={column: object if column in text else float for column in used_columns},
-                    skipinitialspace=True,
-                    keep_default_na=False,
-                    na_values=_NOT_GIVEN,
-                    skip_blank_lines=False,
-                    encoding_errors="replace",
-                    low_memory=False,
-                    **exact,
-                )
-        except (ValueError, OverflowError, pd.errors.ParserWarning):
+            # Pandas would leave out a byte order mark anywhere, and take lines of any width.
+            if block.data.startswith(BOM_UTF8) or {*self._widths(block)} != {len(self.names)}:
+                return None
+            frame = pd.read_csv(
+                io.BytesIO(block.data),
+                header=None,
+                names=range(len(self.names)),
+                index_col=False,
+                usecols=sorted({*columns}),
+                sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
+                decimal=layout.decimal,
+                dtype={column: object if column in as_text else float for column in columns},
+                skipinitialspace=True,
+                keep_default_na=False,
+                na_values=_NOT_GIVEN,
+                skip_blank_lines=False,
+                encoding_errors="replace",
+                low_memory=False,
+                **options,
+            )
+            for column, base in as_text.items():
+                offset = partial(self._offset, column=column, base=base)
+                frame[column] = frame[column].map(offset, na_action="ignore")
+        except (ValueError, ArithmeticError, csv.Error):
             return None
-        return frame if len(frame) == len(block.numbers) and self._widths_fit(block, frame[last]) else None
+        table, width = frame[columns].to_numpy(dtype=float), len(numbers)
+        is_large = (np.abs(table[:, :width]) > LARGEST).any() or np.isinf(table[:, width:]).any()
+        return None if is_large or len(table) != len(block.numbers) else table
 
-    def _widths_fit(self, block: _Block, last: Any) -> bool:
-        """Whether every line has as many cells as there are names, by delimiters outside quotes."""
-        sign, width = self.layout.delimiter, len(self.names)
+    def _widths(self, block: _Block) -> list[int]:
+        """Number of cells in each line; csv.Error if a quote is left open."""
+        sign, lines = self.layout.delimiter, block.data.split(b"\n")[:-1]
         if sign == " ":
-            return all(len(line.split()) == width for line in block.data.splitlines())
-        if b'"' in block.data:
-            return all(len(_split(line, sign, Location(self.path))) == width for line in block.lines)
-        if block.data.count(sign.encode()) != (width - 1) * len(block.numbers):
-            return False
-        lines = block.data.split(b"\n") if last.isna().any() else []
-        return all(line.count(sign.encode()) == width - 1 for line in lines if line)
+            return [len(line.split()) for line in lines]
+        if b'"' not in block.data:
+            return [line.count(sign.encode()) + 1 for line in lines]
+        texts = (text for _, text in block.lines)
+        return [len(cells) for cells in csv.reader(texts, delimiter=sign, strict=True)]
 
-    def _wrong(
-        self, block: _Block, numbers: Sequence[int], stamps: Sequence[int]
-    ) -> Iterator[tuple[int, TrajectoryError]]:
-        """Rows of a block that cannot be read, and why; slow, but finds the place."""
-        layout, width = self.layout, len(self.names)
-        are_dates = {column: self._are_dates(column) for column in stamps}
-        for row, (number, line) in enumerate(zip(block.numbers, block.lines, strict=True)):
+    def _by_lines(
+        self, block: _Block, numbers: Sequence[int], bases: Mapping[int, int | None]
+    ) -> tuple[FloatArray, dict[int, TrajectoryError]]:
+        """The same, nan in rows that are wrong, and why they are; slow, but finds the place."""
+        columns = [*numbers, *bases]
+        table = np.full((len(block.numbers), len(columns)), np.nan)
+        wrong: dict[int, TrajectoryError] = {}
+        for row, (line, text) in enumerate(block.lines):
             try:
-                cells = self._cells(line, number)
-                if len(cells) != width:
-                    message = f"the line has too {'few' if len(cells) < width else 'many'} columns"
-                    where = Location(self.path, number, min(len(cells), width) + 1)
-                    expected = f"{width} columns, as in the {'header' if layout.header else 'first line'}"
-                    step = "complete the line, or remove it if the recording broke off there"
-                    raise refusal(message, where, expected, str(len(cells)), step)
-                for column in sorted({*numbers, *stamps}):
-                    # A stamp may have any size.
-                    cell, is_date = cells[column], are_dates.get(column, False)
-                    if cell.lower() in EMPTY or (column not in numbers and self._is_instant(cell, is_date)):
-                        continue
-                    where = Location(self.path, number, column + 1)
-                    if is_date and column not in numbers:
-                        message, step = f"{self.label(column)} is not a date", "correct the cell"
-                        raise refusal(message, where, "a date and time, as before", in_python(cell), step)
-                    _require_number(layout.plain(cell), self.label(column), where)
+                cells = self._row(line, text)
+                values = {k: self._number(cells[k], k, line, bases) for k in sorted(columns)}
             except TrajectoryError as error:
-                yield row, error
+                add_wrong(wrong, row, error.with_traceback(None))  # which holds the block
+            else:
+                table[row] = [values[column] for column in columns]
+        return table, wrong
 
-    def _stamps(self, cells: Any, are_dates: bool) -> Stamps:
-        """Instants from their digits, so that an epoch in nanoseconds stays exact."""
-        if are_dates:
-            dates = [nanoseconds_in(cell) if isinstance(cell, str) else None for cell in cells]
-            base = next((instant for instant in dates if instant is not None), 0)
-            return Stamps(base, np.array([np.nan if d is None else float(d - base) for d in dates]), "ns")
-        stripped = (cell.strip() if isinstance(cell, str) else "" for cell in cells)
-        texts = ["nan" if cell.lower() in EMPTY else self.layout.plain(cell) for cell in stripped]
-        values = np.array([float(text) for text in texts])
-        finite = values[np.isfinite(values)]
-        largest = np.abs(finite).max(initial=0.0)
-        if largest < _LARGEST_EXACT_INSTANT or largest > 2.0**62:
-            return Stamps(0, values)
-        try:
-            base = int(finite[0])
-            offsets = [np.nan if text == "nan" else float(Decimal(text) - base) for text in texts]
-        except InvalidOperation:
-            return Stamps.of(values)
-        return Stamps(base, np.array(offsets))
+    def _number(self, cell: str, column: int, line: int, bases: Mapping[int, int | None]) -> float:
+        """Number in a cell, or time from the base; nan where it is empty, TrajectoryError for words."""
+        if cell.lower() in EMPTY:
+            return math.nan
+        where, base = Location(self.path, line, column + 1), bases.get(column)
+        name, plain = self.label(column), self.layout.plain(cell)
+        if base is not None:
+            with suppress(ValueError, ArithmeticError):
+                return self._offset(cell, column, base)
+            if column in self._dates:
+                message, expected = f"{name} is not a date", "a date and time, as before"
+                raise refusal(message, where, expected, in_python(cell), "correct the cell")
+        if cell.lower() in _INFINITE:
+            step = "replace or remove the line; gaps are not filled in"
+            raise refusal(f"{name} is not a finite number", where, "a finite number", cell, step)
+        number = number_in(plain)
+        if number is None:
+            expected = "a number in the digits 0 to 9, such as -1.5 or 2e-3"
+            step = "write decimal points, not commas" if _WITH_COMMA.fullmatch(plain) else "correct the cell"
+            raise refusal(f"{name} is not a number", where, expected, in_python(plain), step)
+        # A stamp may have any size.
+        if abs(number) > (math.nextafter(math.inf, 0) if column in bases else LARGEST):
+            expected, step = f"numbers up to {LARGEST:g}", "check its unit: time is in seconds"
+            raise refusal(f"{name} is too large for any motion", where, expected, in_python(plain), step)
+        return number - (base or 0)
 
     def _blocks(self, progress: Progress = NO_PROGRESS) -> Iterator[_Block]:
-        """The rows, some megabytes at a time, split between lines."""
+        """The rows, some megabytes at a time."""
         size = len(self.data) if self.data is not None else Path(self.path).stat().st_size
-        number, tail = 1, b""
+        number = 1
         progress.stage("reading", size or None)
         with self._opened() as file:
-            while True:
-                piece = file.read(_BLOCK_BYTES)
-                progress.advance(len(piece))
-                data = tail + piece
-                cut = data.rfind(b"\n") + 1 if piece else len(data)
-                tail = data[cut:]
-                lines = data[:cut].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-                if lines:
-                    self._refuse_binary(lines)
-                    lines = (lines.removeprefix(BOM_UTF8) if number == 1 else lines).removesuffix(
-                        b"\n"
-                    ) + b"\n"
-                    yield _block_of(lines, number, self.layout.first)
-                    number += lines.count(b"\n")
-                if not piece:
-                    return
+            while lines := file.read(_BLOCK_BYTES) + file.readline():
+                progress.advance(len(lines))
+                self._refuse_binary(lines)
+                lines = lines.replace(b"\r\n", b"\n").replace(b"\r", b"\n").removesuffix(b"\n") + b"\n"
+                lines = lines.removeprefix(BOM_UTF8) if number == 1 else lines
+                yield _block_of(lines, number, self.layout.first)
+                number += lines.count(b"\n")
 
     def _opened(self) -> BinaryIO:
-        try:
-            return io.BytesIO(self.data) if self.data is not None else Path(self.path).open("rb")
-        except OSError as error:
-            reason, step = error.strerror or str(error), "give the path of a file you may read"
-            raise refusal("cannot read the file", Location(self.path), "a file", reason, step) from None
+        return Path(self.path).open("rb") if self.data is None else io.BytesIO(self.data)
 
     def _refuse_binary(self, data: bytes) -> None:
         if b"\0" in data:
             expected = "text in UTF-8, or a file that ends in .db3, .mcap, .bag, .parquet, .npz or .mat"
-            utf_16 = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-            content = "UTF-16" if utf_16 else "a binary file (zero bytes)"
-            reader = _PANDAS.get(Path(self.path).suffix.lower())
-            step = "save it as CSV in UTF-8"
-            if utf_16:
+            content, step = "a binary file (zero bytes)", "save it as CSV in UTF-8"
+            if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+                content = "UTF-16"
                 step = f"iconv -f UTF-16 -t UTF-8 {shlex.quote(str(self.path))} > log.csv"
-            elif reader is not None:
-                command = f"import pandas; pandas.{reader}({str(self.path)!r}).to_csv('log.csv', index=False)"
-                step = f'python -c "{command}" writes it as CSV'
+            elif Path(self.path).suffix.lower() in _SPREADSHEETS:
+                read = f"pandas.read_excel({str(self.path)!r})"
+                step = f"python -c \"import pandas; {read}.to_csv('log.csv', index=False)\" writes it as CSV"
             raise refusal("the file is not a text table", Location(self.path), expected, content, step)
 
 
 def _block_of(lines: bytes, number: int, begin: int) -> _Block:
     """The rows among lines from line `number` on; rows begin on line `begin`."""
-    read = np.frombuffer(lines, dtype=np.uint8)
-    firsts = read[np.append(0, np.flatnonzero(read[:-1] == _NEWLINE) + 1)]
-    # Any other line is a row; this check takes a tenth of the pattern's time.
-    if number >= begin and not (np.isin(firsts, _BEFORE_NO_ROW).any() and _NEEDS_LOOK.search(lines[:-1])):
-        return _Block(lines, range(number, number + len(firsts)))
+    if number >= begin and not _COMMENT_OR_BLANK.search(b"\n" + lines):
+        return _Block(lines, range(number, number + lines.count(b"\n")))
     rows: dict[int, bytes] = {}
     gaps: list[int] = []
     for k, line in enumerate(lines[:-1].split(b"\n"), number):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import numbers
 import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -27,6 +27,7 @@ from gd_analyze.text import LARGEST, counted, html_of, number
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
+Gaps = tuple[int, ...]
 # Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
 _TO_DERIVE: Any = None
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
@@ -122,44 +123,22 @@ class Trajectory:
     name: str = "trajectory"
     origin: str = ""
     derivatives_from: str = "given"
-    gaps: tuple[int, ...] = ()
+    gaps: Gaps = ()
     recording: Recording | None = None
     motions: tuple[Motion, ...] = ()
     whole: Whole | None = None
 
     def __post_init__(self) -> None:
-        where = f"trajectory {self.name}"
-        if self.qd is None or self.qdd is None:
-            self._derive()
-        for name, values in _arrays(self.time, self.q, self.qd, self.qdd).items():
-            array = frozen(values)
-            wrong = (
-                chunk.start + np.argwhere(~(np.abs(array[chunk]) <= LARGEST)) for chunk in chunks(len(array))
-            )
-            for row in next((rows[:1, 0].tolist() for rows in wrong if len(rows)), []):
-                problem = f"{name} is not finite, or too large for any motion, at set point {row + 1}"
-                step = "check units, and that no two set points share almost the same instant"
-                expected = f"finite numbers up to {LARGEST:g} in SI units"
-                raise refusal(problem, where, expected, str(array[row].tolist()), step)
-            object.__setattr__(self, name, array)
-        for row in np.flatnonzero(np.diff(self.time) <= 0)[:1].tolist():
-            expected, instant = f"more than {self.time[row]:g} s", f"{self.time[row + 1]:g} s"
-            raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
-        for row in self.gaps:
-            require_type(row, numbers.Integral, "gaps", "numbers of set points, from 0")
-        object.__setattr__(self, "gaps", tuple(map(int, self.gaps)))
-        if any(not before < row < len(self.q) for before, row in pairwise((0, *self.gaps))):
-            expected = f"ascending numbers from 1 to {len(self.q) - 1}"
-            raise refusal("the gaps are not those of set points", where, expected, str(self.gaps))
-
-    def _derive(self) -> None:
-        """Set the velocities and accelerations that were left out."""
         arrays = _arrays(self.time, self.q, self.qd, self.qdd)
-        rows = (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
-        log = Log(arrays["time"], *rows, False, (), self.name, self.origin, self.gaps, judged=True)
-        derived = Trajectory.from_log(log)
-        for name in ("time", "q", "qd", "qdd", "derivatives_from", "gaps", "recording"):
-            object.__setattr__(self, name, getattr(derived, name))
+        if len(arrays) < 4:
+            derived = Trajectory.from_log(_log(arrays, None, self.name, self.origin, self.gaps))
+            arrays = {name: getattr(derived, name) for name in ("time", "q", "qd", "qdd")}
+            for name in ("derivatives_from", "gaps", "recording"):
+                object.__setattr__(self, name, getattr(derived, name))
+        arrays = {name: frozen(array) for name, array in arrays.items()}
+        _require_sound(self.name, arrays, self.gaps)
+        for name, value in (arrays | {"gaps": tuple(map(int, self.gaps))}).items():
+            object.__setattr__(self, name, value)
 
     @classmethod
     def from_arrays(
@@ -204,10 +183,8 @@ class Trajectory:
         >>> Trajectory.from_arrays(time, readings, measured=True).recording.measured
         True
         """
-        arrays, gaps = _arrays(time, q, qd, qdd), None if measured else ()
-        origin, rows = "arrays in memory", (arrays["q"], arrays.get("qd"), arrays.get("qdd"), None)
-        logged = Log(arrays["time"], *rows, bool(measured), (), name, origin)
-        return cls.from_log(replace(logged, gaps=gaps, judged=measured is None), arm, treatment)
+        arrays = _arrays(time, q, qd, qdd)
+        return cls.from_log(_log(arrays, measured, name, "arrays in memory", ()), arm, treatment)
 
     @classmethod
     def from_log(
@@ -238,11 +215,8 @@ class Trajectory:
             If measured velocities contradict the positions and are not used.
         """
         if logged.gaps is not None and (logged.qd is None or logged.qdd is None):
-            # Checked before a spline is fitted to it.
-            still = np.zeros_like(logged.q)
-            still.flags.writeable = False  # and is not copied
-            qd, qdd = (still if x is None else x for x in (logged.qd, logged.qdd))
-            cls(logged.time, logged.q, qd, qdd, logged.name, gaps=logged.gaps)
+            # Before a spline is fitted to it.
+            _require_sound(logged.name, _arrays(logged.time, logged.q, logged.qd, logged.qdd), logged.gaps)
         result = treated(logged, arm, treatment)
         return cls(name=logged.name, origin=logged.origin, **vars(result))
 
@@ -294,24 +268,16 @@ class Trajectory:
     @cached_property
     def extreme_at(self) -> NDArray[np.intp]:
         """Set points of the smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
-        arrays, joints = (self.q, self.qd, self.qdd), np.arange(self.n_joints)
-        places = np.zeros((3, 2, self.n_joints), dtype=np.intp)
-        for chunk in chunks(self.n_set_points):
-            for array, at in zip(arrays, places, strict=True):
-                block = array[chunk]
-                for row, pick, sign in zip(
-                    at, (block.argmin(axis=0), block.argmax(axis=0)), (-1, 1), strict=True
-                ):
-                    beyond = sign * block[pick, joints] > sign * array[row, joints]
-                    row[beyond] = chunk.start + pick[beyond]
-        return places
+        # A column at a time: of a whole array they would copy it.
+        columns = (column for array in (self.q, self.qd, self.qdd) for column in array.T)
+        ends = np.array([(column.argmin(), column.argmax()) for column in columns])
+        return ends.reshape(3, self.n_joints, 2).swapaxes(1, 2)
 
     @cached_property
     def extremes(self) -> FloatArray:
         """Smallest and largest q, qd and qdd of every joint, shape (3, 2, n)."""
-        joints = np.arange(self.n_joints)
         pairs = zip((self.q, self.qd, self.qdd), self.extreme_at, strict=True)
-        return np.stack([array[at, joints] for array, at in pairs])
+        return np.stack([np.take_along_axis(array, at, axis=0) for array, at in pairs])
 
     @cached_property
     def fingerprint(self) -> str:
@@ -339,6 +305,33 @@ def _arrays(
         if array.shape != expected_shape:
             raise refusal(f"{name} has the wrong shape", name, str(expected_shape), str(array.shape))
     return arrays
+
+
+def _require_sound(name: str, arrays: Mapping[str, FloatArray], gaps: Gaps) -> None:
+    """Raise a TrajectoryError if a number is impossible, time does not increase, or gaps do not fit."""
+    where, time = f"trajectory {name}", arrays["time"]
+    for quantity, array in arrays.items():
+        for chunk in chunks(len(array)):
+            for row in np.argwhere(~(np.abs(array[chunk]) <= LARGEST))[:1, 0] + chunk.start:
+                problem = f"{quantity} is not finite, or too large for any motion, at set point {row + 1}"
+                step = "check units, and that no two set points share almost the same instant"
+                expected = f"finite numbers up to {LARGEST:g} in SI units"
+                raise refusal(problem, where, expected, str(array[row].tolist()), step)
+    for row in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
+        expected, instant = f"more than {time[row]:g} s", f"{time[row + 1]:g} s"
+        raise refusal("time does not increase", f"{where}, set point {row + 2}", expected, instant)
+    for row in gaps:
+        require_type(row, numbers.Integral, "gaps", "numbers of set points, from 0")
+    if any(not before < row < len(time) for before, row in pairwise((0, *gaps))):
+        expected = f"ascending numbers from 1 to {len(time) - 1}"
+        raise refusal("the gaps are not those of set points", where, expected, str(tuple(map(int, gaps))))
+
+
+def _log(arrays: Mapping[str, FloatArray], measured: bool | None, name: str, origin: str, gaps: Gaps) -> Log:
+    """Arrays as a log; if `measured` is None, their numbers tell whether they are readings."""
+    qd, qdd = arrays.get("qd"), arrays.get("qdd")
+    rows = arrays["time"], arrays["q"], qd, qdd, None
+    return Log(*rows, bool(measured), (), name, origin, None if measured else gaps, measured is None)
 
 
 def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
