@@ -29,7 +29,10 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.exact import ExactForm
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.simplify import simplify_exact
 from peers.exported import exported
 from peers.newton_euler_in_casadi import in_casadi
 from peers.rnea_compiled import compiled_rnea, rnea_from_python, rnea_library
@@ -78,7 +81,7 @@ def simplified(arm: RobotArm, states: int = STATES, effort: float = EFFORT) -> S
         drawn = states_in_box(arm, states)
         for budget in BUDGETS:
             with suppress(TooManyTermsError):
-                model = gd.simplify(arm, drawn, budget, effort=effort)
+                model = simplify_exact(ExactDynamics.of(arm, drawn), budget, SearchOptions(effort=effort))
                 if model.saves_torque:
                     return model
     raise ValueError(f"no model of {arm.name} takes fewer operations than its exact torque")

@@ -58,7 +58,7 @@ def calls(puma, pick_and_place, two_link, swing) -> list[tuple[Any, type[GdAnaly
         (lambda x: joint_accelerations(puma, x, FINE, FINE), UsageError, ""),
         (lambda x: gd.analyze(x, pick_and_place), ArmError, ""),
         (lambda x: gd.analyze(puma, x), TrajectoryError, ""),
-        (lambda x: gd.simplify(two_link, x, effort=0.01), TrajectoryError, "nothing"),
+        (lambda x: gd.simplify(two_link, x), TrajectoryError, "nothing"),
         (lambda x: gd.evaluate(model, x), TrajectoryError, ""),
         (lambda x: gd.certify(small, x), UsageError, "nothing"),
         (lambda x: gd.simplify(two_link, swing, x), UsageError, "nothing"),

@@ -95,7 +95,7 @@ def test_between_the_extremes_of_a_trajectory(puma, pick_and_place, monkeypatch)
     """A budget kept at the set points only is broken between their extremes; a certified one is not."""
     exact = gd.types.ExactDynamics.of(puma, pick_and_place, drives=True)
     box = gd.types.Box.around(*exact.states.arrays)
-    sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True, effort=0.1)
+    sampled = gd.simplify(puma, pick_and_place, "10%", level="term", drives=True)
     assert not gd.certify(sampled, box).within(sampled.accuracy.allowed).all()
     rounds = []
 

@@ -163,7 +163,7 @@ def test_models_are_not_kept(puma, tmp_path, monkeypatch):
     """The cache holds exact programs alone, which the shipped arm needs none of."""
     monkeypatch.setenv(cache.VARIABLE, str(tmp_path))
     states = gd.tables.states_in_box(puma, 50)
-    assert gd.simplify(puma, states, "20%", effort=1e-3).saves
+    assert gd.simplify(puma, states, "20%").saves
     assert not list(tmp_path.iterdir())
 
 

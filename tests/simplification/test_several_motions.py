@@ -33,7 +33,7 @@ def other_motion(arm, seed: int) -> Trajectory:
 def test_the_shipped_motions_of_the_puma(puma):
     """The budget is nearly used up along each, and kept."""
     names = ["pick-and-place", "large-slew", "wrist-move"]
-    model = gd.simplify(puma, names, "1%", level="term", effort=0.1)
+    model = gd.simplify(puma, names, "1%", level="term")
     assert model.saves
     for name, stated in zip(names, model.accuracy.motions, strict=True):
         found = model_torque(model, gd.read_trajectory(name, puma))
@@ -51,7 +51,7 @@ def test_the_shipped_motions_of_the_puma(puma):
 def test_the_model_is_within_the_budget_of_each(drawn, seed, budget, level):
     arm, states = drawn
     both = [Trajectory(0.1 * np.arange(12), *states.arrays, "first"), other_motion(arm, seed)]
-    model = gd.simplify(arm, both, budget, level=level, effort=0.1)
+    model = gd.simplify(arm, both, budget, level=level)
     for motion, stated in zip(both, model.accuracy.motions, strict=True):
         found = model_torque(model, motion)
         exact = found.dynamics

@@ -10,7 +10,13 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
-from gd_analyze.certification.falsification import RANDOM_POSITIONS, RANDOM_STATES, worst_found, worst_in_box
+from gd_analyze.certification.falsification import (
+    RANDOM_POSITIONS,
+    RANDOM_STATES,
+    STATES_AT_ONCE,
+    worst_found,
+    worst_in_box,
+)
 from gd_analyze.certification.held import Held, proven
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError
@@ -30,6 +36,7 @@ from gd_analyze.simplification.simplify import (
     at_states,
     stated,
     until_it_holds,
+    warn_of_time,
 )
 from gd_analyze.text import LARGEST
 from gd_analyze.threads import one_thread
@@ -96,14 +103,17 @@ def simplify_held(
     region = _counting(region, exact)
     allowed = exact.allowed(budget)
     first = exact.joined_by(*_drawn(region))
-    patience = BOX_PATIENCE if isinstance(region, Box) and not certified else 0
+    patience = BOX_PATIENCE if isinstance(region, Box) else 0
     progress.stage(f"searching at level {options.level}")
-    outcomes = []
+    outcomes, searches = [], list[Searched]()
     for trial in in_worthwhile_velocities(first, allowed, options):
-        check = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)
-        checks: list[Check] = [at_states(trial, allowed), *everywhere, check]
-        outcome = until_it_holds(trial, budget, allowed, options, checks, patience=patience)
-        outcomes.append(check.held(outcome))
+        over_region = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)
+        checks: list[Check] = [at_states(trial, allowed), *everywhere, over_region.attacked]
+        outcome = until_it_holds(
+            trial, budget, allowed, options, checks, proof=over_region.proven, patience=patience
+        )
+        searches.append(outcome)
+        outcomes.append(over_region.held(outcome))
     short = [held for held in outcomes if len(held.model.terms) <= options.most_terms] or outcomes[:1]
     best = shortest([held.model for held in short])
     held = next(held for held in short if held.model is best)
@@ -114,6 +124,7 @@ def simplify_held(
         held = held._replace(model=proven(model, held.certificate))
     else:
         held = Held(model, near=held.near)
+    warn_of_time(model, searches, options.time)
     if model.saves or not certified:
         return held
     certificate = certify(model, region, harmonics=exact.form.harmonics)
@@ -152,31 +163,49 @@ def _drawn(region: Box | Tube) -> tuple[FloatArray, FloatArray]:
 
 @dataclass
 class _OverRegion:
-    """A check over a region: models are proven there, or tested at random states."""
+    """Checks over a region: states are tried there, and what none of them breaks is proven."""
 
     exact: ExactDynamics
     region: Box | Tube
     allowed: FloatArray
     certified: bool
     effort: int
-    _last: Held | None = None  # the last model that was checked
+    _last: Held | None = None  # the last model that no state broke
     _gamma: float | None = None  # its gamma over positions of the region
 
-    def __call__(self, model: SimplifiedModel, turn: int) -> Excess:
+    def attacked(self, model: SimplifiedModel, turn: int) -> Excess:
         """Look for states where a model exceeds its budget or, where it holds, where its D is not usable."""
-        held, states = self._errors(model, turn)
-        errors = held.found
-        assert errors is not None
-        if (errors <= self.allowed).all():
-            states = self._singular(model)
-            if turn + 1 == MOST_ROUNDS:
-                states = states[:, :0]
-            if held.certificate is not None and not states.size:
-                certificate = self._proof(model, tighten=True)
-                held = held._replace(
-                    certificate=certificate, found=errors if held.tried else certificate.counting
-                )
-        self._last = held
+        self._last, excess = self._tried(model, turn, STATES_AT_ONCE)
+        if excess.states.size or turn + 1 == MOST_ROUNDS:
+            return excess
+        return self._excess(self._singular(model), excess.errors)
+
+    def proven(self, model: SimplifiedModel, turn: int) -> Excess:
+        """Prove what no state broke, or try more states; where a bound exceeds the budget, its worst join."""
+        if isinstance(self.region, Box) and not self.certified:
+            return self._excess(np.empty((3, 0, len(self.allowed))), self.allowed)
+        certificate = self._proof(model)
+        bound = certificate.counting
+        loose = LOOSE_BOUND if turn < CLOSING_ROUND else 1.0
+        if self.certified or (bound <= loose * self.allowed).all():
+            self._last = Held(model, certificate, 0, bound, self.region.where)
+            return self._excess(np.stack(certificate.worst_states)[:, bound > self.allowed], bound)
+        held, excess = self._tried(model, turn, RANDOM_STATES)
+        self._last = held._replace(certificate=certificate)
+        return excess
+
+    def _tried(self, model: SimplifiedModel, turn: int, count: int) -> tuple[Held, Excess]:
+        """Try states drawn from the region, or positions with the worst velocities and accelerations."""
+        seed, where = turn + 1, self.region.where
+        if isinstance(self.region, Box):
+            count, tried_are = RANDOM_POSITIONS, "positions"
+            errors, states = worst_in_box(model, self.exact, self.region, self.allowed, seed)
+        else:
+            tried_are = "states"
+            errors, states = worst_found(model, self.exact, self.region, self.allowed, seed, count)
+        return Held(model, None, count, errors, where, tried_are=tried_are), self._excess(states, errors)
+
+    def _excess(self, states: FloatArray, errors: FloatArray) -> Excess:
         return Excess(states, self.region.counts_at(states), errors, is_of_region=True)
 
     def held(self, outcome: Searched) -> Held:
@@ -186,24 +215,6 @@ class _OverRegion:
             return Held(model, near=outcome.sample)
         stated = model.stating(replace(model.accuracy, gamma=self._gamma))
         return last._replace(model=stated, near=outcome.sample)
-
-    def _errors(self, model: SimplifiedModel, turn: int) -> tuple[Held, FloatArray]:
-        """Proven or found errors of a model, and the states (3, M, n) of the largest ones.
-
-        While a search goes on, a bound need not be tight.
-        """
-        where, seed = self.region.where, turn + 1
-        if isinstance(self.region, Box) and not self.certified:
-            errors, states = worst_in_box(model, self.exact, self.region, self.allowed, seed)
-            return Held(model, None, RANDOM_POSITIONS, errors, where, tried_are="positions"), states
-        certificate = self._proof(model, tighten=False)
-        loose = LOOSE_BOUND if turn < CLOSING_ROUND else 1.0
-        errors = certificate.counting
-        if isinstance(self.region, Box) or self.certified or (errors <= loose * self.allowed).all():
-            states = np.stack(certificate.worst_states)[:, errors > self.allowed]
-            return Held(model, certificate, 0, errors, where), states
-        errors, states = worst_found(model, self.exact, self.region, self.allowed, seed, RANDOM_STATES)
-        return Held(model, certificate, RANDOM_STATES, errors, where), states
 
     def _singular(self, model: SimplifiedModel) -> FloatArray:
         """Positions, as states (3, M, n), at which gamma is 1 or more; none if a usable D is out of reach.
@@ -219,13 +230,6 @@ class _OverRegion:
         is_usable = model.has_terms and stated < 1.0
         return states[:, gammas >= 1.0] if is_usable else states[:, :0]
 
-    def _proof(self, model: SimplifiedModel, *, tighten: bool) -> Certificate:
-        harmonics = self.exact.form.harmonics
-        return certify(
-            model,
-            self.region,
-            effort=self.effort,
-            harmonics=harmonics,
-            limit=np.minimum(self.allowed, LARGEST),
-            tighten=tighten,
-        )
+    def _proof(self, model: SimplifiedModel) -> Certificate:
+        harmonics, limit = self.exact.form.harmonics, np.minimum(self.allowed, LARGEST)
+        return certify(model, self.region, effort=self.effort, harmonics=harmonics, limit=limit)

@@ -42,6 +42,7 @@ class MainJobContext(click.Context):
 @options.level()
 @options.verdicts
 @options.at_set_points
+@options.seconds
 @options.drives
 @options.payload
 @options.margin

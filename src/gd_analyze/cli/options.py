@@ -330,6 +330,14 @@ verdicts = click.option(
     help="With --level element: whose verdicts say which part of an element is kept, those over the states "
     "(own) or [FGL87]'s (text).",
 )
+seconds = click.option(
+    "--seconds",
+    type=Amount("time", most=86_400.0),
+    default=30.0,
+    show_default=True,
+    metavar="TIME",
+    help="Processor time of the search; then the best model that holds is the answer, or the exact torque.",
+)
 at_set_points = click.option(
     "--at-set-points",
     is_flag=True,

@@ -21,13 +21,7 @@ from gd_analyze.text import SINE_PRICE
 @options.budget()
 @options.level()
 @options.at_set_points
-@click.option(
-    "--effort",
-    type=options.Amount(most=1000.0),
-    default=1.0,
-    metavar="FACTOR",
-    help="Length of the search, as a multiple of the usual one.",
-)
+@options.seconds
 @click.option(
     "--sine-price",
     type=click.IntRange(0),
@@ -57,7 +51,7 @@ def simplify(
     inputs: Given,
     budget: gd.types.Budget,
     level: str,
-    effort: float,
+    seconds: float,
     sine_price: int,
     certified: bool,
     at_set_points: bool,
@@ -89,11 +83,12 @@ def simplify(
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
-        from gd_analyze.simplification.search import SearchOptions
+        from gd_analyze.simplification.search import SearchOptions, SearchTime
         from gd_analyze.studies.simplifying import require_consistent, search_model
 
         replaces = out is not None and replaces_model(out)
-        search_options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
+        limit = SearchTime(seconds)
+        search_options = SearchOptions(level_named(level), sine_price=sine_price, time=limit)
         asked_budget = budget if is_given("--budget") else None
         require_consistent(
             search_options.level,
@@ -118,9 +113,9 @@ def simplify(
             provenance=provenance(command_line()),
             progress=progress,
         )
-        seconds = time.perf_counter() - start
+        elapsed = time.perf_counter() - start
         by_element = level == "term" if velocities is None else velocities == "joint"
-        result = simplified_result(held_model, exact.states, seconds, digits, joint_velocities=by_element)
+        result = simplified_result(held_model, exact.states, elapsed, digits, joint_velocities=by_element)
         if out is not None:
             progress.stage(f"writing {out.name}")
             gd.save_model(held_model.model, out)

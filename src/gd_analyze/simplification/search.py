@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import time
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -39,6 +40,31 @@ _CONTINUED_SHARE = 0.25  # attempts after a direction is added, as a share of th
 _DIRECTIONS_WITH_ATTEMPTS = 12
 
 
+class SearchTime:
+    """Processor time, s, that searches may take together from now on."""
+
+    def __init__(self, seconds: float = math.inf) -> None:
+        require_type(seconds, (float, int), "seconds", "processor time, s")
+        if not seconds > 0.0:
+            raise UsageError("no time to search", where="seconds", expected="above 0", found=f"{seconds:g}")
+        self.seconds = seconds
+        self._start = time.process_time()
+
+    @property
+    def share_spent(self) -> float:
+        """Time spent over that allowed."""
+        return (time.process_time() - self._start) / self.seconds
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left."""
+        return self.share_spent >= 1.0
+
+
+UNLIMITED = SearchTime()
+SEARCH_SECONDS = 30.0  # processor time of all searches of a job
+
+
 @dataclass(frozen=True)
 class SearchOptions:
     """Options of a search."""
@@ -49,6 +75,7 @@ class SearchOptions:
     same_velocities: bool = False  # keep the velocities in which the terms of the exact dynamics are
     most_terms: float = math.inf  # the first search that ends with more is the last
     sine_price: int = SINE_PRICE  # multiplications and additions that a sine or cosine counts as
+    time: SearchTime = UNLIMITED  # after which a search closes with what holds
 
     def __post_init__(self) -> None:
         require_flags_of(self)

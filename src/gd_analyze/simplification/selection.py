@@ -21,8 +21,8 @@ from gd_analyze.simplification.effects import Effects, Mask
 # Operations by the set of terms, by index, that need them.
 Costs = Mapping[frozenset[int], int]
 
-_TRIES = 750  # most attempts to improve a selection
-_PATIENCE = 200  # attempts without success after which they end
+_TRIES = 1500  # most attempts to improve a selection
+_PATIENCE = 400  # attempts without success after which they end
 _MOST_PUT_BACK = 6  # terms put back in an attempt, at most
 _EXCHANGING = 0.5  # share of the attempts that begin by dropping a term or two
 _NOISE = 1.0  # standard deviation of the logarithm of a term's merit in an attempt

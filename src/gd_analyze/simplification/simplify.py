@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
@@ -9,12 +10,13 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
-from gd_analyze.simplification.search import SearchOptions, selected_terms
+from gd_analyze.simplification.search import SearchOptions, SearchTime, selected_terms
 from gd_analyze.simplification.torque_program import COUNTING
 
 # States that represent very many in a search, which evaluates each thousands of times.
@@ -26,8 +28,13 @@ _SEARCHED_SHARE = 1.0 - 1e-6
 # Times that an excess may be found in a region, after those of its patience, before the budget of an
 # exceeding joint shrinks by a power of the excess; until then it shrinks slightly.
 _SLIGHT_TIMES, _SLIGHT_SHARE, _SHRINK_POWER = 4, 0.96, 0.5
-# Attempts of every round after such an excess, which continues the one before, as a share of the usual.
-_CONTINUED_EFFORT = 0.25
+# Share of a search's time after which it closes: no attempts, and budgets shrink by the whole excess.
+_CLOSING_SHARE = 0.6
+# Ratio of a draft's operations to the exact ones above which no more is searched: the final program takes a
+# fifth fewer at most, and more states only add terms.
+_HOPELESS_RATIO = 1.25
+# Attempts of every round after the first, which continues the one before, as a share of the usual.
+_CONTINUED_EFFORT = 0.125
 
 USUAL = SearchOptions()
 
@@ -50,6 +57,7 @@ class Searched(NamedTuple):
 
     model: SimplifiedModel
     sample: ExactDynamics  # at the states that the search looked at
+    is_cut: bool = False  # whether its time ended it
 
 
 def until_it_holds(
@@ -59,6 +67,7 @@ def until_it_holds(
     options: SearchOptions,
     checks: Sequence[Check],
     *,
+    proof: Check | None = None,
     patience: int = 0,
 ) -> Searched:
     """Search a model, look where it exceeds its budget, and search again with these states.
@@ -70,48 +79,63 @@ def until_it_holds(
     budget, allowed
         The budget, and what it allows each joint, N m (N), shape (n,).
     options
-        Level and effort. A search that ends with too many terms, see `SearchOptions.most_terms`, is the last.
+        Level, effort and time. A search that ends with too many terms, see `SearchOptions.most_terms`, is the
+        last.
     checks
         Asked one after another until one finds an excess. The more often it is found in a region, the smaller
         a budget the search is given.
+    proof
+        Asked last, of a model in its final program in which no check finds an excess.
     patience
         Times that an excess may be found in a region before the budget of an exceeding joint shrinks.
 
     Returns
     -------
     Searched
-        The exact model if none that saves operations holds.
+        The exact model if none that saves operations holds, or was found in time.
     """
     sample, start = first.thinned(MOST_SEARCHED), None
     share, times = np.full(len(allowed), _SEARCHED_SHARE), 0
     everything = exactly(sample, options.level, allowed, str(budget))
+    most_operations = _HOPELESS_RATIO * everything.operations_minimized.total
+    is_closing = False
     for turn in range(MOST_ROUNDS):
-        effort = options.effort * (_CONTINUED_EFFORT if times else 1.0)
-        search = selected_terms(sample, share * allowed, replace(options, effort=effort), start)
+        if options.time.is_over:
+            break
+        is_closing = options.time.share_spent > _CLOSING_SHARE
+        effort = options.effort * (_CONTINUED_EFFORT if turn else 1.0)
+        round_options = replace(options, effort=effort, thorough=options.thorough and not is_closing)
+        search = selected_terms(sample, share * allowed, round_options, start)
+        if search.steps[-1].operations > most_operations:
+            return Searched(everything, sample)
         start = search.terms
         model = replace(everything, terms=search.terms)
         model = model.stating(replace(everything.accuracy, steps=search.steps))
         is_long = len(model.terms) > COUNTING
         looked_at = with_gamma(sample, model.drafted() if is_long else model)
         if len(model.terms) > options.most_terms:
-            return Searched(looked_at, sample)
+            return Searched(looked_at, sample, is_closing)
         excess = _first_excess(looked_at, turn, checks)
         if excess is None and is_long:
             # What holds is written in few operations, and looked at once more.
             looked_at = with_gamma(sample, model)
             excess = _first_excess(looked_at, turn, checks) if model.saves else None
+        if excess is None and proof is not None and looked_at.saves:
+            excess = _first_excess(looked_at, turn, [proof])
         if excess is None:
-            return Searched(looked_at, sample)
+            return Searched(looked_at, sample, is_closing)
         sample = sample.joined_by(excess.states, excess.weights)
-        if excess.is_of_region:
+        if excess.is_of_region or is_closing:
             exceeds = excess.errors > allowed
             needed = np.where(exceeds, 0.98 * allowed / np.where(exceeds, excess.errors, 1.0), 1.0)
-            if times >= patience + _SLIGHT_TIMES:
+            if is_closing:
+                share = share * needed
+            elif times >= patience + _SLIGHT_TIMES:
                 share = share * needed**_SHRINK_POWER
             elif times >= patience:
                 share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
             times += 1
-    return Searched(everything, sample)
+    return Searched(everything, sample, is_closing)
 
 
 def _first_excess(model: SimplifiedModel, turn: int, checks: Sequence[Check]) -> Excess | None:
@@ -151,11 +175,24 @@ def simplify_exact(
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
     progress.stage(f"searching at level {options.level}")
-    models = []
+    outcomes: list[Searched] = []
     for trial in in_worthwhile_velocities(exact, allowed, options):
         checks = [at_states(trial, allowed), *everywhere]
-        models.append(until_it_holds(trial, budget, allowed, options, checks).model)
-    return stated(exact, shortest(models)).stating(provenance=provenance)
+        outcomes.append(until_it_holds(trial, budget, allowed, options, checks))
+    model = stated(exact, shortest([outcome.model for outcome in outcomes]))
+    warn_of_time(model, outcomes, options.time)
+    return model.stating(provenance=provenance)
+
+
+def warn_of_time(model: SimplifiedModel, outcomes: Sequence[Searched], time: SearchTime) -> None:
+    """Warn that time ended a search of a model."""
+    if not any(outcome.is_cut for outcome in outcomes):
+        return
+    budget, ended = model.accuracy.budget, f"{time.seconds:g} s of processor time ended the search"
+    text = f"budget {budget}: {ended}; a longer one may find a model of fewer terms"
+    if not model.saves:
+        text = f"budget {budget}: {ended} and no model was found that holds: the exact torque stands for it"
+    warnings.warn(text, GdAnalyzeWarning, stacklevel=3)
 
 
 def stated(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:

@@ -19,6 +19,7 @@ from gd_analyze.simplification.element import require_no_budget, require_verdict
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
+from gd_analyze.simplification.search import SEARCH_SECONDS, SearchTime
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +40,8 @@ class Settings:
     at_set_points
         Keep the budget at the set points only; by default it holds near the motion, near each of several, see
         `simplify`.
+    seconds
+        Processor time of all searches; then the best model that holds is the answer, or the exact torque.
     drives
         Include drive inertia as a separate contribution; by default if the arm describes drives.
     margin
@@ -66,6 +69,7 @@ class Settings:
     level: str | Level = TERM
     verdicts: str = "own"
     at_set_points: bool = False
+    seconds: float = SEARCH_SECONDS
     drives: bool | None = None
     margin: Margin | str | None = None
     dominance: float = DOMINANCE_THRESHOLD
@@ -83,6 +87,7 @@ class Settings:
         object.__setattr__(self, "margin", Margin.of(self.margin))
         if isinstance(self.uncertainty, str):
             object.__setattr__(self, "uncertainty", StatedUncertainty.parse(self.uncertainty))
+        SearchTime(self.seconds)  # raises an error if it is no time
         level = level_named(self.level)
         if self.at_set_points:
             require_no_budget(level, "at_set_points")

@@ -30,7 +30,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.search import SEARCH_SECONDS, SearchOptions, SearchTime
 from gd_analyze.simplification.simplify import Check, simplify_exact
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
@@ -48,7 +48,7 @@ def simplify(
     *,
     level: str | Level = TERM,
     drives: bool | None = None,
-    effort: float = 1.0,
+    seconds: float = SEARCH_SECONDS,
     sine_price: int = SINE_PRICE,
     margin: Margin | str | None = None,
     at_set_points: bool = False,
@@ -78,8 +78,8 @@ def simplify(
     drives
         Include drive inertia, or take the links alone; by default it is included if the arm describes
         drives, see `ExactDynamics.of`.
-    effort
-        Length of the search relative to the usual one.
+    seconds
+        Processor time of the search; then the best model that holds is the answer, or the exact torque.
     sine_price
         Multiplications and additions that a sine or cosine counts as when models are compared; with 0 only
         multiplications and additions are minimized.
@@ -128,7 +128,7 @@ def simplify(
     True
     """
     arm = arm_with_masses(arm)
-    options = SearchOptions(level_named(level), effort=effort, sine_price=sine_price)
+    options = SearchOptions(level_named(level), sine_price=sine_price, time=SearchTime(seconds))
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
     require_consistent(
         options.level,

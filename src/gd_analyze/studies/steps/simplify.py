@@ -20,7 +20,7 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
-from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.search import SearchOptions, SearchTime
 from gd_analyze.simplification.simplify import Check
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
@@ -114,8 +114,9 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
     """Search the models of the named budgets, and take that of the run."""
     settings, exact = inputs.settings, dynamics.exact
     points = dynamics.points
-    search_at = partial(_model_at, inputs, points.everywhere, progress)
-    stops, budget = _stops(exact, settings, search_at)
+    time = SearchTime(settings.seconds)
+    search_at = partial(_model_at, inputs, points.everywhere, time, progress)
+    stops, budget = _stops(exact, settings, search_at, time)
     exact = exact.under(budget)
     elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
     elements = elements.stating(provenance=inputs.source)
@@ -139,7 +140,9 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
     return _Search(exact, budget, stops, own_stop, is_exact, held._replace(model=model), elements, worst)
 
 
-def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tuple[list[Stop], Budget]:
+def _stops(
+    exact: ExactDynamics, settings: Settings, search_at: SearchAt, time: SearchTime
+) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
     At other levels there is one budget, which is searched later.
@@ -152,7 +155,7 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
     is_searched = False
     for budget in budgets:
         is_asked = is_given and not stops
-        most_terms = math.inf if is_asked else READABLE
+        most_terms = math.inf if is_asked else 0 if time.is_over else READABLE
         # Models of one page have terms in the same velocities.
         search = partial(search_at, exact, most_terms=most_terms, same_velocities=is_searched)
         stops.append(stop_at(exact, TERM, budget, search, most_terms))
@@ -167,6 +170,7 @@ def _stops(exact: ExactDynamics, settings: Settings, search_at: SearchAt) -> tup
 def _model_at(
     inputs: RunInputs,
     everywhere: Sequence[Check],
+    time: SearchTime,
     progress: Progress,
     exact: ExactDynamics,
     budget: Budget,
@@ -180,6 +184,7 @@ def _model_at(
         level_named(settings.level),
         same_velocities=same_velocities,
         most_terms=most_terms,
+        time=time,
     )
     at_states = settings.at_set_points or not inputs.has_tube
     return search_model(
