@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from gd_analyze.figures.figure import COLOURS, FIGURE_WIDTH
 from gd_analyze.figures.svg import key_svg, panel_svg
 from gd_analyze.report.document import Document
 from gd_analyze.text import pretty, signed, unbroken
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _TEMPLATES = Path(__file__).parent / "templates"
 # An option of the command line, which a browser would break after its hyphens.
@@ -36,6 +39,8 @@ def page_of(document: Document) -> str:
 @cache
 def _environment() -> Environment:
     """Templates whose values are escaped, but for MathML and SVG that the program writes."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # slow to load
+
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES),
         undefined=StrictUndefined,

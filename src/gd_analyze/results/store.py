@@ -27,7 +27,6 @@ from gd_analyze.schema import GROUPS, SCHEMA_VERSION, table
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.model_file import ModelDocument, document_of, model_of
 
 if TYPE_CHECKING:
     import h5py
@@ -72,6 +71,8 @@ def save_results(findings: Findings, path: str | Path) -> None:
 
 def write_results(findings: Findings, path: Path) -> None:
     """Write the file in place, not atomically: for a path that is replaced as a whole."""
+    from gd_analyze.simplification.model_file import document_of  # loads pydantic
+
     models = {"model": findings.model}
     if findings.element_model is not findings.model:
         models["element_model"] = findings.element_model
@@ -130,6 +131,8 @@ def load_findings(path: str | Path) -> Findings:
 
 
 def _model(document: Any) -> SimplifiedModel:
+    from gd_analyze.simplification.model_file import ModelDocument, model_of
+
     return model_of(ModelDocument.model_validate(document))
 
 

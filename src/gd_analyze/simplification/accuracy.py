@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
+import lazy_loader
 import numpy as np
-from pydantic import AfterValidator, ConfigDict, Field, PlainSerializer, PlainValidator
 
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
 from gd_analyze.text import amount, named_joints
 
+if TYPE_CHECKING:
+    from pydantic import ConfigDict
+
+# It evaluates the annotations below when a model file is read or written, and loads only then.
+pydantic = lazy_loader.load("pydantic")
+
 # Shares of the states for which PSDM (Lloyd, Irani, Ahmadi 2021) states its error of the norm.
 USUAL_STATES = (0.95, 0.999)
 # Of a bound: what this process has shown, and what a file claims and nobody has proven or measured again.
 PROVEN, STATED = "proven", "stated in the file"
 # Of a class that is written to model files as it is: other keys are refused.
-_AS_WRITTEN = ConfigDict(extra="forbid", allow_inf_nan=False)
+_AS_WRITTEN: ConfigDict = {"extra": "forbid", "allow_inf_nan": False}
 # Levels that a budget may lie below, and the entry that accounts for each.
 _TAKEN_INTO_ACCOUNT = {"friction": Allowance(0.1, "friction"), "uncertainty": Allowance(1.0, "uncertainty")}
 
@@ -54,9 +60,24 @@ _DESCRIBED: tuple[dict[str, type], ...] = (
     {"box": str, "states": int, "seed": int},
     {},
 )
-_AS_LISTS = PlainSerializer(lambda array: array.tolist())
-Numbers = Annotated[FloatArray, PlainValidator(_numbers), _AS_LISTS]
-Sizes = Annotated[FloatArray, PlainValidator(_sizes), _AS_LISTS]
+
+
+class _InFiles(NamedTuple):
+    """How a value is read from a model file, and how it is written there."""
+
+    read: Callable[[Any], Any]
+    write: Callable[[Any], Any]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """What pydantic asks of an annotation."""
+        from pydantic_core import core_schema
+
+        written = core_schema.plain_serializer_function_ser_schema(self.write)
+        return core_schema.no_info_plain_validator_function(self.read, serialization=written)
+
+
+Numbers = Annotated[FloatArray, _InFiles(_numbers, np.ndarray.tolist)]
+Sizes = Annotated[FloatArray, _InFiles(_sizes, np.ndarray.tolist)]
 
 
 def _share(value: Any) -> float:
@@ -64,11 +85,7 @@ def _share(value: Any) -> float:
     return math.inf if value is None else float(_sizes(float(value)))
 
 
-_Share = Annotated[
-    float,
-    PlainValidator(_share),
-    PlainSerializer(lambda share: share if math.isfinite(share) else None),
-]
+_Share = Annotated[float, _InFiles(_share, lambda share: share if math.isfinite(share) else None)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +98,7 @@ class ErrorTable:
     largest: Sizes
     rms: Sizes
     # Largest error times `States.weights`; None for equal weights
-    weighed: Annotated[Sizes | None, Field(exclude=True)] = None
+    weighed: Annotated[Sizes | None, pydantic.Field(exclude=True)] = None
 
     @classmethod
     def of(
@@ -140,7 +157,7 @@ class NormShare(NamedTuple):
 
     share: _Share  # largest there; infinite for an error without torque
     # Share of the states, those of the smallest errors; 1 for all
-    states: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    states: Annotated[float, pydantic.Field(gt=0.0, le=1.0)] = 1.0
 
 
 def norms_by_kind(torque: FloatArray, revolute: Sequence[bool]) -> FloatArray:
@@ -195,15 +212,15 @@ class Proven:
     upper: Numbers
     velocity: Sizes
     acceleration: Sizes
-    effort: Annotated[int, Field(ge=1)]  # as for `certify`
+    effort: Annotated[int, pydantic.Field(ge=1)]  # as for `certify`
     # Name of the states, which follows from these numbers
-    where: Annotated[str, Field(exclude=True)] = ""
+    where: Annotated[str, pydantic.Field(exclude=True)] = ""
     margin: str = ""  # of a tube, as read by `Margin.parse`, and the motion's fingerprint
     trajectory_fingerprint: str = ""
     # Of a tube: its piece with the largest bound of each joint, (n, 2, 3, n): lower, upper; q, qd, qdd
     pieces: Numbers | None = None
     # Whether this process has proven it; otherwise a file states it
-    proven_here: Annotated[bool, Field(exclude=True)] = False
+    proven_here: Annotated[bool, pydantic.Field(exclude=True)] = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,16 +233,16 @@ class Accuracy:
     budget: str  # as written by the user
     errors: ErrorTable  # over the states it was fitted on: sampled, not a bound elsewhere
     # Those states, see `States.described`
-    fitted_on: Annotated[Mapping[str, str | int], AfterValidator(_of_states)]
+    fitted_on: Annotated[Mapping[str, str | int], pydantic.AfterValidator(_of_states)]
     steps: tuple[SearchStep, ...] = ()  # the steps of the search
     # Errors were measured here; otherwise a file states them
-    measured: Annotated[bool, Field(exclude=True)] = True
+    measured: Annotated[bool, pydantic.Field(exclude=True)] = True
     uncertainty: Sizes | None = None  # (n,), largest standard uncertainty of the torque, if stated
     motions: tuple[AlongMotion, ...] = ()  # if it was fitted on several
     norms: tuple[NormShare, ...] = ()  # at `USUAL_STATES`
     certificate: Proven | None = None  # what is proven, if anything
     # Largest |eigenvalue of D^-1 Ds - I| at the states of the errors and, over a region, at others.
-    gamma: Annotated[float, Field(ge=0.0)] | None = None
+    gamma: Annotated[float, pydantic.Field(ge=0.0)] | None = None
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself for any other."""

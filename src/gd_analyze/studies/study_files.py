@@ -22,7 +22,6 @@ from gd_analyze.results.rows import frame_of
 from gd_analyze.results.store import write_results
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.model_file import model_text
 
 _WRITERS: Mapping[str, Callable[[Document], bytes]] = {
     "html": lambda document: page_of(document).encode(),
@@ -105,6 +104,8 @@ def write_findings(
                 ranking["run"] = findings.provenance["run"]
             places["csv"].write_bytes(ranking.to_csv(index=False, lineterminator="\n").encode())
         if "json" in places:
+            from gd_analyze.simplification.model_file import model_text  # loads pydantic
+
             places["json"].write_text(model_text(findings.model), encoding="utf-8")
         if "h5" in places:
             write_results(findings, places["h5"])
