@@ -37,7 +37,7 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  {function.count}."
     if model is not None:
         yield f"The exact torque takes {model.operations_full},"
-        exact, apart = model.form.functions, model.form.functions.operations
+        exact, apart = model.functions_full, model.functions_full.operations
         totals = " + ".join(str(program.count.total) for program in exact)
         yield f"  exact D, h and c, each a function of its own, {totals} operations,"
         yield f"  {apart.sines_cosines} sin and cos."

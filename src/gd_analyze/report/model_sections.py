@@ -113,7 +113,7 @@ def savings_appendix(findings: Findings) -> Section:
     elif kind == "parts":
         parts += [_kept_matrix(findings), *_dropped(findings)]
     if kind != "parts" or not model.is_exact:
-        parts.append(operations_table(model))
+        parts.append(operations_table(model.operations, model.operations_full))
     parts.append(_steps(model))
     note = (
         "Operations are counted in the program that computes only what the model needs: factored, common "
@@ -239,12 +239,12 @@ def by_hand_appendix(findings: Findings) -> Section | None:
         "[FGL87] simplifies by hand, element by element: where translation or rotation dominates, the "
         f"other part is dropped. This takes {elements.operations.in_words}, with an error of up to "
         f"{percent(share)} of peak torque; the model above takes {model.operations.pair}, the exact torque "
-        f"{elements.operations_full.pair}."
+        f"{model.operations_full.pair}."
     )
     parts = (
         _kept_matrix(findings),
         equation_part("elements", "", elements.formulas, note=_PARTS),
-        operations_table(elements),
+        operations_table(elements.operations, model.operations_full),
         *_dropped(findings),
         *_by_verdicts(findings),
     )

@@ -75,19 +75,14 @@ _OPERATIONS = {
 }
 
 
-def _counts(model: SimplifiedModel) -> list[dict[str, int]]:
-    """Operations of a model's torque and of the exact torque, by kind."""
-    return [counts_by_kind(count) for count in (model.operations, model.operations_full)]
-
-
 def counts_by_kind(count: OperationCount) -> dict[str, int]:
     """Operations of each kind, and their total."""
     return asdict(count) | {"total": count.total}
 
 
-def operations_table(model: SimplifiedModel) -> Table:
+def operations_table(operations: OperationCount, exact: OperationCount) -> Table:
     """Operations of a model and of the exact torque by kind, for pages; `operation_facts` are for JSON."""
-    simplified, full = _counts(model)
+    simplified, full = counts_by_kind(operations), counts_by_kind(exact)
     values = {
         "kind": [*_OPERATIONS.values()],
         "exact": [full[kind] for kind in _OPERATIONS],
@@ -99,16 +94,21 @@ def operations_table(model: SimplifiedModel) -> Table:
 
 
 def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
-    """Operations of a model, and of the exact torque in the fewest known."""
-    simplified, full, totals = model.operations, model.operations_full, _counts(model)
-    function_sets = model.functions, model.form.functions
+    """Operations of a model, and of the exact dynamics."""
+    simplified, full = model.operations, model.operations_full
+    function_sets = model.functions, model.functions_full
     counts_apart = [
         {name: counts_by_kind(program.count) for name, program in functions._asdict().items()}
         for functions in function_sets
     ]
     return (
-        Fact("operations", "Torque, operations", totals[0], text=f"{simplified} instead of {full.pair}"),
-        Value("operations_full", totals[1]),
+        Fact(
+            "operations",
+            "Torque, operations",
+            counts_by_kind(simplified),
+            text=f"{simplified} instead of {full.pair}",
+        ),
+        Value("operations_full", counts_by_kind(full)),
         Value("nanoseconds", model.operations.nanoseconds),
         Fact("operations_apart", "D h c, operations", counts_apart[0], text=apart_text(model)),
         Value("operations_apart_full", counts_apart[1]),
@@ -122,7 +122,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
 def apart_text(model: SimplifiedModel) -> str:
     """Operations of D, h and c, each a function: "29 + 24 + 13 = 66, 20 sin and cos, instead of ..."."""
     sums = []
-    for functions in (model.functions, model.form.functions):
+    for functions in (model.functions, model.functions_full):
         counts = [program.count.total for program in functions]
         angles = functions.operations.sines_cosines
         sums.append(f"{' + '.join(map(str, counts))} = {sum(counts)}, {angles} sin and cos")

@@ -273,7 +273,7 @@ def model_values(findings: Findings) -> tuple[Value, ...]:
         "kept": [row["part"] for row in rows_of(tables["parts"], "part") if row["kept_by_element"]],
         "dropped": [row for group in dropped_parts(findings) for row in group],
         "operations": asdict(elements.operations),
-        "operations_full": asdict(elements.operations_full),
+        "operations_full": asdict(findings.model.operations_full),
     }
     return _values(
         equations=list(equation_part("equations", "", findings.model.formulas).lines),

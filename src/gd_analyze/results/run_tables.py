@@ -17,6 +17,7 @@ from gd_analyze.dynamics.pinocchio_check import Residual
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.formulas.writing import term_formula
 from gd_analyze.motions.margin import Margin
+from gd_analyze.operations.program import OperationCount
 from gd_analyze.results.model_facts import joint_error_values
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import GROUPS, table
@@ -75,14 +76,17 @@ def model_table(model: SimplifiedModel, dataset: xr.Dataset) -> xr.Dataset:
             "budget": accuracy.budget,
             "errors_are": "sampled at the set points",
             "search": accuracy.search,
-            **_counts(model),
+            **_counts(model.operations, model.operations_full),
         },
     )
 
 
-def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Dataset) -> xr.Dataset:
+def parts_table(
+    model: SimplifiedModel, exact: ExactDynamics, full: OperationCount, dominance: xr.Dataset
+) -> xr.Dataset:
     """Tabulate the parts that [FGL87]'s own method keeps, and the torque of the others.
 
+    `full` are the operations of the exact torque, as the run's own model states them.
     A part is zero where the ranking of elements says so, and its torque where it is round-off.
     """
     parts, lost = parts_of(model.arm.n_joints), {loss.part: loss for loss in losses(model, exact)}
@@ -110,23 +114,29 @@ def parts_table(model: SimplifiedModel, exact: ExactDynamics, dominance: xr.Data
             "unit": ("part", of_elements.unit.values),
             "torque_unit": ("part", _efforts(model.arm, joints)),
         },
-        {"budget": model.accuracy.budget, **_counts(model)},
+        {"budget": model.accuracy.budget, **_counts(model.operations, full)},
     )
 
 
-def verdicts_table(exact: ExactDynamics, threshold: float) -> xr.Dataset:
-    """Tabulate torque errors and operations of models by verdicts, our own and [FGL87]'s."""
+def verdicts_table(model: SimplifiedModel, exact: ExactDynamics, threshold: float) -> xr.Dataset:
+    """Tabulate torque errors and operations of models by verdicts, our own and [FGL87]'s.
+
+    Those of the exact dynamics are as the run's own model states them.
+    """
     form = exact.form
     names = VERDICT_SOURCES if text_verdicts(exact.arm.name) else VERDICT_SOURCES[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
-    fewest = [program.count.total for program in form.functions]
+    apart = [program.count.total for program in model.functions_full]
     all_terms = ELEMENT.terms(form)
     counts = {
-        "exact": [*fewest, sum(fewest), form.operations.total],
+        "exact": [*apart, sum(apart), model.operations_full.total],
         "exact, by element": _by_element(form, all_terms, ELEMENT.write(form, all_terms, ROUGH).count.total),
-        **{name: _by_element(form, model.terms, model.operations.total) for name, model in models.items()},
+        **{
+            name: _by_element(form, by_name.terms, by_name.operations.total)
+            for name, by_name in models.items()
+        },
     }
-    error_tables = [model.accuracy.errors for model in models.values()]
+    error_tables = [by_name.accuracy.errors for by_name in models.values()]
     values = {
         "operations": np.array([*counts.values()]),
         "largest_error": np.array([error_table.largest for error_table in error_tables]),
@@ -288,10 +298,10 @@ def _efforts(arm: RobotArm, joints: Sequence[int] | np.ndarray) -> np.ndarray:
     return np.array([arm.joints[joint - 1].effort_unit if joint else "" for joint in joints], dtype=str)
 
 
-def _counts(model: SimplifiedModel) -> dict[str, int]:
-    """Operations of a model, and of the cheapest exact torque known."""
+def _counts(operations: OperationCount, full: OperationCount) -> dict[str, int]:
+    """Operations of a model, and of the exact torque."""
     return {
         f"{kind}{suffix}": getattr(count, kind)
-        for suffix, count in (("", model.operations), ("_full", model.operations_full))
+        for suffix, count in (("", operations), ("_full", full))
         for kind in ("multiplications", "additions", "sines_cosines")
     }

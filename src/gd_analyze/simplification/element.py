@@ -25,7 +25,7 @@ from gd_analyze.simplification.budget import Budget, ReferenceTorques
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
+from gd_analyze.simplification.model import SimplifiedModel, measured, model_of_terms
 from gd_analyze.simplification.torque_program import Effort
 from gd_analyze.text import in_python, rounded_up
 
@@ -173,9 +173,7 @@ def model_by_verdicts(
     The stated budget is the resulting torque error. UsageError if the text has no verdicts on the arm.
     """
     parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
-    everything = exactly(exact, ELEMENT, np.zeros(exact.arm.n_joints), "0 N m")
-    model = measured(exact, replace(everything, terms=parts))
-    model = with_its_own_budget(model)
+    model = with_its_own_budget(model_of_terms(exact, ELEMENT, parts, np.zeros(exact.arm.n_joints), "0 N m"))
     return measured(exact.weighed(None).under(model.accuracy.asked), model)
 
 

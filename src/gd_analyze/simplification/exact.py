@@ -147,8 +147,18 @@ class ExactForm:
 
         They are shipped, or found in some seconds and then cached.
         """
-        references = functions_of(self.recursion, self.arm.n_joints, symmetric=True)
+        references = self._functions_of_recursion
         return Functions(*self._kept(DYNAMICS_QUANTITIES, self._shortest_functions, references))
+
+    @property
+    def program_at_hand(self) -> Program:
+        """Its torque in the fewest operations known without a search: shipped, or the recursion."""
+        return self.program if self._is_shipped else self.recursion
+
+    @property
+    def functions_at_hand(self) -> Functions:
+        """D, h and c likewise."""
+        return self.functions if self._is_shipped else self._functions_of_recursion
 
     @cached_property
     def squares(self) -> Squares:
@@ -215,6 +225,14 @@ class ExactForm:
         if self.drive_inertia is not None:
             torque = torque + self.drive_inertia * states[2][:, 0]
         return Program.of(trace, list(torque))
+
+    @cached_property
+    def _functions_of_recursion(self) -> Functions:
+        return functions_of(self.recursion, self.arm.n_joints, symmetric=True)
+
+    @property
+    def _is_shipped(self) -> bool:
+        return shipped_name(self) in shipped("programs", ".json")
 
     @property
     def operations(self) -> OperationCount:

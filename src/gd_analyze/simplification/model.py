@@ -107,6 +107,11 @@ class SimplifiedModel:
         return isinstance(self.level, HarmonicLevel)
 
     @property
+    def is_of_some_parts(self) -> bool:
+        """Whether it is a sum of parts, and not of all."""
+        return not (self.has_terms or self.drops_nothing)
+
+    @property
     def arm(self) -> RobotArm:
         """The arm that it models."""
         return self.form.arm
@@ -118,8 +123,20 @@ class SimplifiedModel:
 
     @property
     def operations_full(self) -> OperationCount:
-        """Operations of the cheapest exact torque known."""
+        """Operations of the exact torque: the cheapest known if a saving is stated against it.
+
+        Few models of parts save any, which the exact program at hand shows without a search.
+        """
+        if self.is_of_some_parts:
+            at_hand = self.form.program_at_hand.count
+            if self.operations.total >= at_hand.total:
+                return at_hand
         return self.form.operations
+
+    @property
+    def functions_full(self) -> Functions:
+        """Exact D, h and c: the cheapest known if a saving may be stated against them."""
+        return self.form.functions_at_hand if self.is_of_some_parts else self.form.functions
 
     @property
     def saves(self) -> bool:
@@ -136,7 +153,7 @@ class SimplifiedModel:
         """Whether its D, h and c take fewer operations than the exact ones, at a level that offers them."""
         if self.level is not TERM:
             return False
-        return self.functions.operations.total < self.form.functions.operations.total
+        return self.functions.operations.total < self.functions_full.operations.total
 
     @property
     def operations_minimized(self) -> OperationCount:
@@ -306,14 +323,16 @@ def require_model(value: object) -> None:
 
 def exactly(exact: ExactDynamics, level: Level, allowed: FloatArray, budget: str) -> SimplifiedModel:
     """Make the exact model, in the fewest operations known."""
-    form, errors = exact.form, exact.errors_of(exact.torque)
-    model = SimplifiedModel(
-        level=level,
-        form=form,
-        terms=level.terms(form),
-        accuracy=Accuracy(allowed, budget, errors, exact.states.described, uncertainty=exact.uncertainty),
-    )
-    return measured(exact, model)
+    return model_of_terms(exact, level, level.terms(exact.form), allowed, budget)
+
+
+def model_of_terms(
+    exact: ExactDynamics, level: Level, terms: Terms, allowed: FloatArray, budget: str
+) -> SimplifiedModel:
+    """Make the model of some terms, with its errors."""
+    no_errors = exact.errors_of(exact.torque)
+    accuracy = Accuracy(allowed, budget, no_errors, exact.states.described, uncertainty=exact.uncertainty)
+    return measured(exact, SimplifiedModel(level=level, form=exact.form, terms=terms, accuracy=accuracy))
 
 
 def with_rewriting(model: SimplifiedModel) -> SimplifiedModel:
