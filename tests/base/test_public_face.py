@@ -40,6 +40,7 @@ def test_every_public_name_is_there_and_documented():
         ("import gd_analyze", {"numpy", "pandas", "pydantic", "scipy"}),
         ("import gd_analyze.cli.app", {"numpy", "pandas", "pydantic", "scipy"}),
         ("import gd_analyze as gd; gd.load_arm('puma560')", {"matplotlib", "pinocchio", "xarray", "scipy"}),
+        ("import gd_analyze as gd; gd.analyze", {"pandas", "pydantic_core", "xarray", "scipy", "jinja2"}),
     ],
 )
 def test_nothing_slow_is_loaded_early(statement, slow):
