@@ -58,6 +58,17 @@ atexit.register(lambda: print("loaded:", *sorted(slow & set(sys.modules)), file=
     assert result.err.splitlines()[-1].split() == ["loaded:"]
 
 
+def test_tables_and_numbers_load_no_plots_and_no_pages(process):
+    before = """
+import atexit, sys
+sys.modules |= {"dask": None, "pint": None}  # which xarray loads where they are installed, with SciPy
+slow = {"matplotlib", "scipy", "jinja2", "typst", "h5py"}
+atexit.register(lambda: print("loaded:", *sorted(slow & set(sys.modules)), file=sys.stderr))"""
+    result = process("two_link two-link-swing --level element --format csv,json --quiet", before=before)
+    assert result.code == 0
+    assert result.err.splitlines()[-1].split() == ["loaded:"]
+
+
 def test_no_arguments_show_the_help(process):
     result = process("")
     assert (result.code, result.out) == (2, "")

@@ -174,7 +174,9 @@ class TermTorques:
 
     def together(self, states: States, terms: NDArray[np.intp]) -> FloatArray:
         """Torque of some terms together at states, shape (n, N); weighted as the states are."""
-        from scipy.sparse import csr_array
+        if len(terms) == 0:
+            return np.zeros((self.velocities.n_joints, len(states)))
+        from scipy.sparse import csr_array  # slow to load
 
         monomials, products = self._factors(states)
         chosen = np.zeros(self.count, dtype=bool)
