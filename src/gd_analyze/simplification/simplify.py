@@ -13,6 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import require_few_terms
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
@@ -171,6 +172,7 @@ def simplify_exact(
 
     `everywhere` looks at further states. TooManyTermsError if the level has too many terms for a search.
     """
+    require_few_terms(exact, options.level)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
