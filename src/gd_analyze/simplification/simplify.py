@@ -99,7 +99,6 @@ def until_it_holds(
     share, times = np.full(len(allowed), _SEARCHED_SHARE), 0
     everything = exactly(sample, options.level, allowed, str(budget))
     most_operations = _HOPELESS_RATIO * everything.operations_minimized.total
-    is_closing = False
     for turn in range(MOST_ROUNDS):
         if options.time.is_over:
             break
@@ -136,7 +135,7 @@ def until_it_holds(
             elif times >= patience:
                 share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
             times += 1
-    return Searched(everything, sample, is_closing)
+    return Searched(everything, sample, options.time.share_spent > _CLOSING_SHARE)
 
 
 def _first_excess(model: SimplifiedModel, turn: int, checks: Sequence[Check]) -> Excess | None:
