@@ -204,7 +204,7 @@ def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
     return {thing: representative(thing) for thing in out}
 
 
-def require_few_terms(exact: ExactDynamics, level: HarmonicLevel) -> None:
+def require_few_terms(exact: ExactDynamics, level: Level) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     reason = too_many_terms(exact.form)
     if not reason:
