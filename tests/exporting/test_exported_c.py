@@ -140,7 +140,7 @@ void sines_cosines(int count, const {scalar} *x, {scalar} *sine, {scalar} *cosin
         far[k] = any_far(x + k, 1);
     for (k = 0; k < count; k += block)
         if (!any_far(x + k, block))
-            polynomials(x + k, sine + k, cosine + k);
+            polynomials(x + k, sine + k, cosine + k, block);
 }}
 """
 # Largest angle of the polynomials, and what they may be off by: docs/decisions/0017-exported-text.md.
@@ -237,12 +237,13 @@ def test_compilers_vectorise_sines_and_what_is_for_many_states(case, tmp_path):
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     vectorised = {int(line) for line in re.findall(r":(\d+):\d+: optimized: +loop vectorized", said)}
     lines = source.read_text().splitlines()
-    loops = {k: line.strip() for k, line in enumerate(lines, start=1) if line.strip().startswith("for (l = ")}
-    of_one = next(k for k, line in loops.items() if "l < block" in line)
-    of_many = next(k for k, line in loops.items() if "l += block" in line)
-    # Of the torque: the last loop before its first result.
-    result = next(k for k, line in enumerate(lines, start=1) if line.strip().startswith("out[0][l] = "))
-    assert {of_one, of_many, max(k for k in loops if k < result)} <= vectorised
+    loops = [k for k, line in enumerate(lines, start=1) if line.strip().startswith("for (l = ")]
+    # Those of the angles, and of the torque: the last loops before their first results.
+    turns, result = (
+        next(k for k, line in enumerate(lines, start=1) if line.strip().startswith(words))
+        for words in ("const int turns = ", "out[0][l] = ")
+    )
+    assert {max(k for k in loops if k < first) for first in (turns, result)} <= vectorised
 
 
 @pytest.mark.parametrize("language", ["c", "cpp"])

@@ -18,7 +18,7 @@ from gd_analyze.operations.program import UFUNCS, Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.text import number, rounded_up
 
-# Angles of polynomials at once: whole vectors of processors.
+# Angles of one state processed at once: whole vectors of processors.
 _ANGLES_AT_ONCE = 4
 # States processed at once: whole vectors of processors, little memory.
 _STATES_AT_ONCE = 8
@@ -31,21 +31,21 @@ _COMPILER_FACTOR = 2.0
 class SineCosine(NamedTuple):
     """Constants of a sine and cosine that compilers vectorize.
 
-    An angle less the nearest number of half turns, in two parts (Cody and Waite 1980), is |r| <= pi/2, and half
-    turns change the sign alone. Sine and cosine are then polynomials, r + r z (s0 + s1 z + ..) and
+    An angle is reduced to |r| <= pi/2 by subtracting half turns, which change the sign alone, in two parts
+    (Cody and Waite 1980). Sine and cosine are then polynomials, r + r z (s0 + s1 z + ..) and
     1 - z/2 + z z (c0 + c1 z + ..) with z = r r, whose largest error there is the least (Remez).
     """
 
     # pi; the first part has few bits, so that its product with the number of half turns is exact
     parts: tuple[float, float]
     largest: float  # largest angle for which this holds, rad; beyond it the C library's functions are called
-    # even number of half turns, more than the largest angle has: added to a number, it makes a cast round down
+    # even number of half turns, more than the largest angle has: casts round down what it is added to
     shift: float
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
 
-# 33 bits of pi, 19 of the half turns. The polynomials are off by 2e-19 and 6e-18.
+# 33 bits of pi, 19 of the half turns. The polynomials are off by 4e-17 and 2e-17.
 DOUBLE = SineCosine(
     (3.1415926534682512, 1.2154201013012384e-10),
     1e6,

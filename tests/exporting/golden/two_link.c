@@ -40,7 +40,7 @@ int two_link_is_within(const double q[2], const double qd[2], const double qdd[2
 
 enum { block = 4, lanes = 8 };
 
-/* sines and cosines of angles of which some are far */
+/* the library's sines and cosines, for angles of which any is far */
 static void by_library(const double *x, double *sine, double *cosine, int count)
 {
     int l;
@@ -50,7 +50,7 @@ static void by_library(const double *x, double *sine, double *cosine, int count)
     }
 }
 
-/* whether an angle is nan or larger than 1e+06 rad */
+/* whether an angle is far: nan, or larger than 1e+06 rad */
 static inline int any_far(const double *x, int count)
 {
     int far = 0, l;
@@ -59,11 +59,14 @@ static inline int any_far(const double *x, int count)
     return far;
 }
 
-/* sines and cosines of a block of angles that are not far */
-static inline void polynomials(const double *restrict x, double *restrict sine, double *restrict cosine)
+/* sines and cosines of angles, none of which is far; gcc does not vectorize loops that it unrolls */
+static inline void polynomials(const double *restrict x, double *restrict sine, double *restrict cosine, int count)
 {
     int l;
-    for (l = 0; l < block; l++) {
+#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)
+#pragma GCC unroll 1
+#endif
+    for (l = 0; l < count; l++) {
         const int turns = (int)(x[l] * 0.3183098861837907 + 400000.5);
         const double k = (double)(turns) - 400000.0;
         const double sign = 1.0 - (double)(2 * (turns & 1));
@@ -92,7 +95,7 @@ void two_link_torque(const double q[2], const double qd[2], const double qdd[2],
     if (any_far(angle, 4)) {
         by_library(angle, sine, cosine, 4);
     } else {
-        polynomials(&angle[0], &sine[0], &cosine[0]);
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
     }
     {
         const double qd1 = qd[0];
@@ -142,7 +145,7 @@ void two_link_inertia(const double q[2], double D[4])
     if (any_far(angle, 4)) {
         by_library(angle, sine, cosine, 4);
     } else {
-        polynomials(&angle[0], &sine[0], &cosine[0]);
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
     }
     {
         const double cos1 = cosine[0];
@@ -170,7 +173,7 @@ void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double
     if (any_far(angle, 4)) {
         by_library(angle, sine, cosine, 4);
     } else {
-        polynomials(&angle[0], &sine[0], &cosine[0]);
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
     }
     {
         const double qd1 = qd[0];
@@ -203,7 +206,7 @@ void two_link_gravity_loading(const double q[2], double c[2])
     if (any_far(angle, 4)) {
         by_library(angle, sine, cosine, 4);
     } else {
-        polynomials(&angle[0], &sine[0], &cosine[0]);
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
     }
     {
         const double cos1 = cosine[0];
@@ -231,8 +234,7 @@ static void torque_of_lanes(size_t stride, const double *q, const double *qd, co
     if (any_far(&angle[0], 2 * lanes)) {
         by_library(&angle[0], &sine[0], &cosine[0], 2 * lanes);
     } else {
-        for (l = 0; l < 2 * lanes; l += block)
-            polynomials(&angle[l], &sine[l], &cosine[l]);
+        polynomials(&angle[0], &sine[0], &cosine[0], 2 * lanes);
     }
     for (l = 0; l < lanes; l++) {
         const double qd1 = qd[0 * stride + l];
