@@ -132,7 +132,8 @@ def candidates_of(
         remaining, base = _swept(torques, allowed, weighed)
         if len(remaining) > _MOST_TERMS:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
-            next_step = 'allow a larger error, such as "1% or 0.5% limit"'
+            next_step = 'allow a larger error, such as "1% or 0.5% limit", or take the exact torque, '
+            next_step += f"{exact.form.operations.in_words}: `gd-analyze export ROBOT --to c`"
             raise TooManyTermsError(
                 message,
                 where="budget",
