@@ -27,6 +27,7 @@ _MOST_PUT_BACK = 6  # terms put back in an attempt, at most
 _EXCHANGING = 0.5  # share of the attempts that begin by dropping a term or two
 _NOISE = 1.0  # standard deviation of the logarithm of a term's merit in an attempt
 _SEVERAL = 10  # cheapest selections by estimate, whose operations are counted
+_NUMBERS_AT_ONCE = 500_000  # errors formed at once
 AT_ONCE = 1 / 200  # share of the terms dropped at once while there are many
 # Smallest credit of a term that saves nothing while others share its steps, in operations.
 _LEAST_CREDIT = 0.5
@@ -177,14 +178,21 @@ def descend(
 def _if_dropped(selection: Selection, terms: Mask) -> tuple[FloatArray, FloatArray]:
     """Largest squared error without each of some terms, and rise of the errors' eighth powers, shape (K,)."""
     effects = selection.choice.effects
-    largest_square, rise = np.zeros(effects.count), np.zeros(effects.count)
-    for of_joint, error in zip(effects.of_joints, selection.error, strict=True):
-        rows = of_joint.start + np.flatnonzero(terms[effects.term[of_joint]])
-        term, trial = effects.term[rows], effects.torque[rows]
-        trial += error
+    rows = np.flatnonzero(terms[effects.term])
+    term, joint = effects.term[rows], effects.joint[rows]
+    squares, powers = np.empty(len(rows)), np.empty(len(rows))
+    step = max(1, _NUMBERS_AT_ONCE // selection.error.shape[1])
+    for start in range(0, len(rows), step):
+        block = slice(start, start + step)
+        trial = selection.error[joint[block]]
+        trial += effects.torque[rows[block]]
         np.multiply(trial, trial, out=trial)
-        largest_square[term] = np.maximum(largest_square[term], trial.max(axis=1, initial=0.0))
-        rise[term] += _fourth_power(trial).sum(axis=1) - _fourth_power(error**2).sum()
+        squares[block] = trial.max(axis=1)
+        powers[block] = _fourth_power(trial).sum(axis=1)
+    largest_square = np.zeros(effects.count)
+    np.maximum.at(largest_square, term, squares)
+    current = _fourth_power(selection.error**2).sum(axis=1)
+    rise = np.bincount(term, powers - current[joint], minlength=effects.count)
     return largest_square, rise
 
 
