@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
@@ -58,6 +59,11 @@ class Recording:
     def measured(self) -> bool:
         """Whether these are smoothed readings; otherwise a plan in a log."""
         return self.cutoff is not None
+
+    def at(self, points: NDArray[np.intp]) -> Recording:
+        """The same at some of the set points."""
+        arrays = {name: getattr(self, name) for name in ("q", "torque", "torque_filtered", "qd")}
+        return replace(self, **{name: x[points] for name, x in arrays.items() if x is not None})
 
 
 @dataclass(frozen=True, eq=False)

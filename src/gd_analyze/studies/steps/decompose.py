@@ -55,7 +55,7 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     warn_of_torques(exact)
     measured_torque = diagnosis = None
     if has_torques(motion):
-        comparison = compared(arm, motion, np.asarray(dataset.torque.values))
+        comparison = compared(arm, motion, points.torque)
         verdict = log_verdict(arm, [motion])
         measured_torque = measured_torque_table(
             comparison, motion, verdict, fit_friction=inputs.settings.fit_friction

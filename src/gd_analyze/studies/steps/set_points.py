@@ -20,9 +20,11 @@ from gd_analyze.dynamics.decomposition import (
     decompose,
     decompose_on_demand,
     decompose_states,
+    torque_of,
 )
 from gd_analyze.dynamics.dominance import Extremes, elements
-from gd_analyze.motions.states import States
+from gd_analyze.figures.joints import most_accelerated
+from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
@@ -47,6 +49,8 @@ EVENLY_SEARCHED = 400
 _SHOWN_PARTS = 12
 # Least set points of a long motion in tables and figures, several for each column of pixels in a figure.
 _LEAST_SHOWN = 1500
+# Most set points of an enlarged part of it that are shown.
+_ENLARGED_SHOWN = 120
 # Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
 # less time than writing it.
 MOST_STORED = 2**17
@@ -59,7 +63,7 @@ Points = NDArray[np.intp]
 def set_points_of(inputs: RunInputs, progress: Progress) -> KeptMotion | LongMotion:
     """Decompose a motion: all of it, or a long one block by block."""
     motion = inputs.trajectory
-    if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
+    if motion.n_set_points > MOST_KEPT and not motion.motions:
         return LongMotion.of(inputs, progress)
     dataset = decompose_on_demand(inputs.arm, motion, **inputs.stored_parts, progress=progress)
     return KeptMotion(inputs, dataset)
@@ -72,6 +76,11 @@ class KeptMotion:
     inputs: RunInputs
     dataset: xr.Dataset
     extremes: Extremes | None = None  # of the elements; None where the dataset has them
+
+    @property
+    def torque(self) -> FloatArray:
+        """Exact torque at every set point, N m, shape (N, n)."""
+        return np.asarray(self.dataset.torque.values)
 
     @property
     def everywhere(self) -> tuple[Check, ...]:
@@ -120,6 +129,11 @@ class LongMotion:
         """The whole motion."""
         return self.inputs.trajectory
 
+    @property
+    def torque(self) -> FloatArray:
+        """Exact torque at every set point, N m, shape (N, n); evaluated on access."""
+        return torque_of(self.arm, states_of(self.motion), drives=self.inputs.settings.drives)
+
     @classmethod
     def of(cls, inputs: RunInputs, progress: Progress) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
@@ -150,7 +164,8 @@ class LongMotion:
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
         evenly_spaced = evenly(motion.n_set_points, max(_LEAST_SHOWN - len(shown), 2))
         dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
-        return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
+        represented_by = np.unique(np.concatenate([shown, evenly_spaced, *_enlarged(motion)]))
+        return cls(inputs, dataset, extremes, represented_by)
 
     @cached_property
     def round_off(self) -> float:
@@ -257,6 +272,14 @@ class LongMotion:
         if not is_stored:
             return None
         return every_set_point_table(self.arm, self.motion, model, **self.inputs.stored_parts)
+
+
+def _enlarged(motion: Trajectory) -> list[Points]:
+    """Set points, by joint, of the enlarged parts in the figure of readings; none of a plan."""
+    if motion.recording is None or not motion.recording.measured:
+        return []
+    parts = [most_accelerated(motion, joint) for joint in range(motion.n_joints)]
+    return [part[evenly(len(part), _ENLARGED_SHOWN)] for part in parts]
 
 
 def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:
