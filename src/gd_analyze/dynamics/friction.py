@@ -133,7 +133,7 @@ NOT_FITTED = JointFriction(np.full(3, np.nan), np.full(3, np.nan), np.nan, np.na
 def fit_joint(
     model: FloatArray,
     measured: FloatArray,
-    sign: FloatArray,
+    sign: Array,
     velocity: FloatArray,
     used: Array,
     stretches: Sequence[slice],
