@@ -28,7 +28,7 @@ STATES_AT_ONCE = 50_000
 
 _JOINING_PER_JOINT = 30  # most states added to the fit per joint: those that exceed the budget
 _TUBE_ASCENT_STEPS = 3  # steps of an ascent in a small box of a tube
-_POSITIONS_AT_ONCE = 4_000  # random positions of a box at a time
+POSITIONS_AT_ONCE = 4_000  # random positions of a box at a time
 # Positions, the worst per joint of those at a time, from which the error ascends. From 4 of 4000, errors
 # of three arms of six joints end within 1.5 % of the largest known; the other positions are margin.
 _ASCENTS = 4
@@ -154,7 +154,12 @@ class BoxErrors:
 
 
 def worst_in_box(
-    model: SimplifiedModel, exact: ExactDynamics, box: Box, allowed: FloatArray, seed: int
+    model: SimplifiedModel,
+    exact: ExactDynamics,
+    box: Box,
+    allowed: FloatArray,
+    seed: int,
+    count: int = RANDOM_POSITIONS,
 ) -> tuple[FloatArray, FloatArray]:
     """Largest error of every joint that a search finds in a box, (n,), and states beyond, (3, M, n).
 
@@ -164,10 +169,10 @@ def worst_in_box(
     rng, n, errors = np.random.default_rng(seed), box.n_joints, BoxErrors(model, exact, box, allowed)
     joining = _JOINING_PER_JOINT
     largest, exceeding = np.zeros(n), [np.empty((3, 0, n))]
-    for _ in range(RANDOM_POSITIONS // _POSITIONS_AT_ONCE):
+    for _ in range(count // POSITIONS_AT_ONCE):
         if (largest > 1.0).any():
             break  # the first ones have found enough
-        q = rng.uniform(box.lower, box.upper, (_POSITIONS_AT_ONCE, n)).T
+        q = rng.uniform(box.lower, box.upper, (POSITIONS_AT_ONCE, n)).T
         for i, values in enumerate(errors.factors(q)):
             top = q[:, np.argsort(-errors.motion.reached(values), kind="stable")[:joining]]
             highest, _ = local_maxima(partial(errors.reached, joint=i), box, top[:, :_ASCENTS])

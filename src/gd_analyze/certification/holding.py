@@ -11,6 +11,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import POSITIONS_PER_JOINT, Certificate, certify
 from gd_analyze.certification.falsification import (
+    POSITIONS_AT_ONCE,
     RANDOM_POSITIONS,
     RANDOM_STATES,
     STATES_AT_ONCE,
@@ -198,8 +199,8 @@ class _OverRegion:
         """Try states drawn from the region, or positions with the worst velocities and accelerations."""
         seed, where = turn + 1, self.region.where
         if isinstance(self.region, Box):
-            count, tried_are = RANDOM_POSITIONS, "positions"
-            errors, states = worst_in_box(model, self.exact, self.region, self.allowed, seed)
+            count, tried_are = POSITIONS_AT_ONCE if self.certified else RANDOM_POSITIONS, "positions"
+            errors, states = worst_in_box(model, self.exact, self.region, self.allowed, seed, count)
         else:
             tried_are = "states"
             errors, states = worst_found(model, self.exact, self.region, self.allowed, seed, count)

@@ -65,8 +65,8 @@ def _stop_words(row: Row, proof: str) -> str:
     """Terms, operations and used share of a budget's model: "14 terms; D, h, c 17/8, torque 35/4; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
-        if _is_wider(row):
-            return f"{beyond} terms exceed it alone: not searched"
+        if 0 <= beyond <= READABLE:
+            return f"{beyond} terms exceed it alone: not searched in the time given"
         return (
             f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
         )
@@ -77,11 +77,6 @@ def _stop_words(row: Row, proof: str) -> str:
         f"torque {row['operations_torque']}/{row['sines_cosines_torque']}"
     )
     return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
-
-
-def _is_wider(row: Row) -> bool:
-    """Whether the budget is one of a larger error, likely to have a readable model, and was not searched."""
-    return bool(row["terms"] < 0 and 0 <= row["terms_beyond"] <= READABLE / 2)
 
 
 def _used_words(row: Row, proof: str) -> str:
@@ -141,10 +136,7 @@ def run_headline(findings: Findings) -> str:
 def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
-    likely = next((row["budget"] for row in stops if _is_wider(row)), "")
-    wider = f" `--budget {likely}` is likely to have a readable model." if likely else ""
-    if readable:
-        wider = f' `--budget "{readable}"` has a readable model.'
+    wider = f' `--budget "{readable}"` has a readable model.' if readable else ""
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
         f"dominant elements, and the exact torque in {model.operations_full.in_words}.{wider}"

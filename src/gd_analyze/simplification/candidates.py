@@ -38,7 +38,7 @@ MANY_TERMS = 1000
 SWEPT_ERROR_SHARE = 0.4
 
 _MOST_TERMS = 4000  # most terms that a search can weigh
-_NUMBERS_AT_ONCE = 3_000_000  # numbers held at a time while very many terms are evaluated: 24 MB
+_NUMBERS_AT_ONCE = 500_000  # numbers held at a time while very many terms are evaluated: 4 MB
 
 
 class TooManyTermsError(UsageError):

@@ -120,7 +120,7 @@ def rank_terms(
     for k in order:
         error += effects[k]
         errors.append(np.abs(error).max(axis=1, initial=0.0))
-    largest_effect = np.abs(effects).max(axis=2, initial=0.0)
+    largest_effect = np.maximum(effects.max(axis=2, initial=0.0), -effects.min(axis=2, initial=0.0))
     limit = exact.uncertainty
     listed = list(all_terms.items())
     rows = []

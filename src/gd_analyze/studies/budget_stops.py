@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 # Budgets beside 1 % of peak torque, and what an arm must state of every joint for each.
 _NAMED = {"1% or 10% friction": "friction", "1% or 0.5% limit": "limit"}
-# Budgets of larger errors.
+# Budgets of larger errors, tried where no other has a readable model.
 _WIDER = ("2%", "5%", "10%", "20%", "50%")
-# Share of a readable model's terms that may exceed a larger budget alone: a model keeps about as many terms
-# as exceed its budget, seldom twice as many.
-_LIKELY_SHARE = 0.5
+# Share of a readable model's terms that may exceed a larger budget alone: with seven joints a model keeps
+# some four times as many.
+_LIKELY_SHARE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,17 +72,18 @@ def stop_at(
         return Stop(budget, None, beyond)
 
 
-def wider_stop(exact: ExactDynamics, level: HarmonicLevel, budget: Budget) -> Stop | None:
-    """The smallest larger budget that is likely to have a readable model; it is not searched."""
+def wider_stop(
+    exact: ExactDynamics, level: HarmonicLevel, budget: Budget, search: Callable[[Budget], Held]
+) -> Stop | None:
+    """Search the smallest larger budget that may have a readable model; None if it has none."""
     least = exact.under(budget).allowed(budget)
     for wider in map(Budget.parse, _WIDER):
         dynamics = exact.under(wider)
         allowed = dynamics.allowed(wider)
-        if not (allowed >= least).all():
-            continue
         beyond = terms_beyond(dynamics, level, allowed)
-        if beyond <= _LIKELY_SHARE * READABLE:
-            return Stop(wider, None, beyond)
+        if (allowed >= least).all() and beyond <= _LIKELY_SHARE * READABLE:
+            stop = Stop(wider, search(wider), beyond)
+            return stop if stop.is_readable else None
     return None
 
 

@@ -145,7 +145,8 @@ def _stops(
 ) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
-    At other levels there is one budget, which is searched later.
+    Where none is readable, a larger one that is joins them. At other levels there is one budget, which is
+    searched later.
     """
     if settings.level is not TERM:
         return [], settings.asked
@@ -162,8 +163,9 @@ def _stops(
         if stops[-1].held is not None:
             exact, is_searched = exact.with_form(stops[-1].held.model.form), True
     readable = chosen_stop(stops)
-    if readable is None and stops[0].terms_beyond >= 0 and (wider := wider_stop(exact, TERM, budgets[0])):
-        stops.append(wider)
+    if readable is None and stops[0].terms_beyond >= 0 and not time.is_over:
+        wider = wider_stop(exact, TERM, budgets[0], partial(search_at, exact, most_terms=READABLE))
+        stops += [] if wider is None else [wider]
     return stops, asked if is_given or readable is None else readable.budget
 
 
