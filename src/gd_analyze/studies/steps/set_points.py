@@ -6,7 +6,7 @@ what tables show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -24,6 +24,7 @@ from gd_analyze.dynamics.decomposition import (
 )
 from gd_analyze.dynamics.dominance import Extremes, elements
 from gd_analyze.figures.joints import most_accelerated
+from gd_analyze.motions.measured import filtered_torque
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
@@ -111,7 +112,9 @@ class LongMotion:
     """A motion of more set points than are kept, and the set points that represent it.
 
     The set points of `dataset` include the extremes over the whole motion of positions, velocities,
-    accelerations, torques, elements of D, h and c, their parts, and the torque of each.
+    accelerations, torques, elements of D, h and c, their parts, and the torque of each. Those of
+    `represented_by` also include, by part of the motion, where readings differ most from the smoothed motion
+    and from the exact torque.
     """
 
     inputs: RunInputs
@@ -149,16 +152,18 @@ class LongMotion:
                 arm, states, christoffel=False, shares=False, drives=drives, written=True
             )
             extremes.add(block)
-            rows = np.hstack([block[kind] for kind in (*_KINDS, "torque")]).T
+            of_motion = [block[kind] for kind in (*_KINDS, "torque")]
+            rows = np.hstack([*of_motion, *_of_readings(motion, chunk, block)]).T
             at = np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
             values.append(np.take_along_axis(rows, at.T, axis=1).T)
             places.append(chunk.start + at)
             progress.advance(len(states))
         value, place = np.array(values), np.array(places)
-        parts = np.array_split(np.arange(len(value)), min(_SHOWN_PARTS, len(value)))
+        everywhere, n_of_motion = np.arange(len(value)), 4 * arm.n_joints
+        parts = np.array_split(everywhere, min(_SHOWN_PARTS, len(value)))
         points = (
             evenly(motion.n_set_points, EVENLY_SEARCHED),
-            *_reached(value, place, [np.arange(len(value))]),
+            *_reached(value[..., :n_of_motion], place[..., :n_of_motion], [everywhere]),
         )
         searched = np.unique(np.concatenate([*points, extremes.reached.ravel()]))
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
@@ -272,6 +277,16 @@ class LongMotion:
         if not is_stored:
             return None
         return every_set_point_table(self.arm, self.motion, model, **self.inputs.stored_parts)
+
+
+def _of_readings(motion: Trajectory, chunk: slice, block: Mapping[str, FloatArray]) -> Iterator[FloatArray]:
+    """What readings say beyond the motion, (N, n) each: their noise, and torques beside the exact ones."""
+    recording = motion.recording
+    if recording is not None and recording.measured:
+        yield recording.q[chunk] - block["q"]
+    if recording is not None and recording.torque is not None:
+        for torque in (recording.torque, filtered_torque(motion)):
+            yield np.nan_to_num(torque[chunk] - block["torque"])
 
 
 def _enlarged(motion: Trajectory) -> list[Points]:
