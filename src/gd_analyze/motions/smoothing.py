@@ -126,14 +126,17 @@ def _without_sparse(logged: Log) -> Log:
 def _smoothed(sampled: Log, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
     source, cutoffs, rule = chosen(_sources(sampled, sampling, treatment), sampling, treatment)
     from_velocities = source.order == 1
+    orders = (0, 1, 2) if sampled.qdd is None else (0, 1)
     if from_velocities:
-        (q,) = derivatives(sampling, sampled.q, cutoffs, (0,))
-        qd, qdd = derivatives(sampling, source.values, cutoffs, (0, 1))
+        motion = [*derivatives(sampling, sampled.q, cutoffs, (0,))]
+        motion += [*derivatives(sampling, source.values, cutoffs, orders[:-1])]
     else:
-        q, qd, qdd = derivatives(sampling, sampled.q, cutoffs, (0, 1, 2))
+        motion = [*derivatives(sampling, sampled.q, cutoffs, orders)]
+    if sampled.qdd is not None:
+        motion += [*derivatives(sampling, sampled.qdd, cutoffs, (0,))]
+    q, qd, qdd = motion
     noise_qdd = source.remaining_noise(cutoffs)
     if sampled.qdd is not None:
-        (qdd,) = derivatives(sampling, sampled.qdd, cutoffs, (0,))
         noise_qdd = noise_of(sampled.qdd, qdd, sampling.step, cutoffs, remaining=True)
     torque = None
     if sampled.torque is not None:
