@@ -131,6 +131,6 @@ class _Equations:
         banded = np.zeros((_DEGREE + 1, count))
         for k in range(_DEGREE + 1):
             banded[_DEGREE - k, k:] = equations.diagonal(k)
-        right = self.weight * (basis.T @ (values - origin))
+        right = np.asarray(self.weight * (basis.T @ (values - origin)))
         coefficients = solveh_banded(banded, right, check_finite=False)
         return BSpline(knots + self.time[0], coefficients + origin, _DEGREE)
