@@ -29,15 +29,14 @@ SLACK = 1.1
 
 def with_the_librarys(source: str) -> str:
     """Put the library's sine and cosine, angle by angle, in place of ours for one state."""
-    calls = re.compile(r"    sines_cosines_of_block\(&angle\[(\d+)\].*\n")
+    choice = re.compile(r"    if \(any_far\(angle, (\d+)\)\) \{\n.*?\n    \}\n", re.DOTALL)
 
     def angles(match: re.Match[str]) -> str:
         function = match.string[: match.start()].rpartition("\nvoid ")[2]
-        first = int(match[1])
-        needed = [k for k in range(first, first + 4) if f"angle[{k}] = 0.0;" not in function]
+        needed = [k for k in range(int(match[1])) if f"angle[{k}] = 0.0;" not in function]
         return "".join(f"    sine[{k}] = sin(angle[{k}]), cosine[{k}] = cos(angle[{k}]);\n" for k in needed)
 
-    return calls.sub(angles, source)
+    return choice.sub(angles, source)
 
 
 @pytest.mark.parametrize("name", ["PUMA 560 with drives", "KR6", "LBR7", "UR10", "Panda"])

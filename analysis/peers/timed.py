@@ -69,7 +69,8 @@ def way(name: str, function: Callable[..., object], states: States, *, by_joint:
 
 def nanoseconds(ways: Sequence[Way], rounds: int) -> dict[str, float]:
     """Time per state of every way, the least of some rounds, in which each has its turn."""
-    passes = [max(1, int(_TURN / _took(each, 1))) for each in ways]
+    # The least of a few, as one pass in which others had the processor would make all turns short.
+    passes = [max(1, int(_TURN / min(_took(each, 1) for _ in range(5)))) for each in ways]
     least = [np.inf] * len(ways)
     for _ in range(rounds):
         least = [min(t, _took(each, n) / n) for t, each, n in zip(least, ways, passes, strict=True)]

@@ -131,7 +131,7 @@ OPTIONS: list[tuple[str, str, Any]] = [
     ("analyze", "dominance", "a tenth"),
     ("analyze", "margin", 3j),
     ("simplify", "margin", {"q": 1}),
-    ("simplify", "effort", "long"),
+    ("simplify", "seconds", "long"),
     ("tables.robustness", "samples", "many"),
     ("tables.robustness", "samples", -2),
 ]

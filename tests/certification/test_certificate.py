@@ -142,9 +142,7 @@ def test_a_known_largest_error_is_met(two_link):
 
 @pytest.fixture(scope="module")
 def puma_model(puma) -> gd.types.SimplifiedModel:
-    return gd.simplify(
-        puma, gd.tables.states_in_box(puma, 500), "5%", level="energy", drives=True, effort=0.1
-    )
+    return gd.simplify(puma, gd.tables.states_in_box(puma, 500), "5%", level="energy", drives=True)
 
 
 @pytest.mark.slow

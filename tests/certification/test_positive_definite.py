@@ -129,9 +129,7 @@ def test_the_puma_is_positive_definite(puma):
     for drives in (False, True):
         exact = gd.certify_positive_definite(exact_model(puma, drives))
         assert 0.0 < exact.proven <= exact.smallest_found
-    model = gd.simplify(
-        puma, gd.tables.states_in_box(puma, 500), "1%", level="energy", drives=True, effort=0.1
-    )
+    model = gd.simplify(puma, gd.tables.states_in_box(puma, 500), "1%", level="energy", drives=True)
     shown, again = gd.certify_positive_definite(model), gd.certify_positive_definite(model)
     assert shown.is_proven
     assert shown.proven == pytest.approx(shown.smallest_found, rel=0.01)

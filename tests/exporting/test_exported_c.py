@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -125,6 +126,68 @@ def test_a_state_is_within_up_to_the_edges(library):
     assert found == [1] * len(inside) + [0] * len(outside)
 
 
+# Two functions of the exported text, which it keeps to itself.
+PROBE = """
+#include "{source}"
+#ifdef __cplusplus
+using namespace two_link::inside;
+extern "C"
+#endif
+void sines_cosines(int count, const {scalar} *x, {scalar} *sine, {scalar} *cosine, int *far)
+{{
+    int k;
+    for (k = 0; k < count; k++)
+        far[k] = any_far(x + k, 1);
+    for (k = 0; k < count; k += block)
+        if (!any_far(x + k, block))
+            polynomials(x + k, sine + k, cosine + k, block);
+}}
+"""
+# Largest angle of the polynomials, and what they may be off by: docs/decisions/0017-exported-text.md.
+REACH = {"double": (1e6, 2.5e-16), "float": (8e3, 1.4e-7)}
+
+
+@pytest.mark.parametrize("flags", [["-O0"], ["-O3"], ["-O3", "-march=native"]], ids=" ".join)
+@pytest.mark.parametrize("scalar", list(REACH))
+@pytest.mark.parametrize("language", ["c", "cpp"])
+def test_sines_and_cosines_against_more_digits(language, scalar, flags, tmp_path):
+    """Around multiples of eighths of a turn, of all sizes, and beyond the polynomials' reach."""
+    compiler, standard, main = COMPILERS[language]
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed")
+    reach, most = REACH[scalar]
+    kind = np.dtype({"double": np.float64, "float": np.float32}[scalar])
+    texts = written(subject("two_link"), language, scalar if language == "c" else "double")
+    *_, source = texts.save(tmp_path)
+    (tmp_path / main).write_text(PROBE.format(source=source.name, scalar=scalar))
+    words = ["-shared", "-fPIC", main, "-o", "probe.so", "-lm"]
+    called(compiler, standard, *flags, *words, folder=tmp_path)
+    random = np.random.default_rng(0)
+    eighths = np.concatenate([np.arange(-500, 500), random.integers(-reach, reach, 500)]) * np.pi / 4
+    near = np.concatenate(
+        [
+            eighths,
+            eighths + random.normal(0.0, 1e-6, eighths.shape),
+            random.uniform(-7.0, 7.0, 2000),
+            random.uniform(-reach, reach, 1000),
+            10.0 ** random.uniform(-37.0, np.log10(reach), 499),  # so that there are whole blocks
+            [reach, -reach, 0.0, -0.0, np.nextafter(kind.type(0), kind.type(1))],
+        ]
+    ).astype(kind)
+    far = np.array([1.00001 * reach, -1.00001 * reach, 2.0**24, 1e30, -1e30, np.inf, -np.inf, np.nan], kind)
+    x = np.concatenate([near, far])
+    found = np.full((2, len(x)), np.nan, kind)
+    beyond = np.full(len(x), -1, np.intc)
+    probe = ctypes.CDLL(str(tmp_path / "probe.so")).sines_cosines
+    probe(len(x), *(array.ctypes.data_as(ctypes.c_void_p) for array in (x, *found, beyond)))
+    np.testing.assert_array_equal(beyond != 0, np.arange(len(x)) >= len(near))
+    with mpmath.workdps(60):
+        for value, sine, cosine in zip(near.tolist(), *found[:, : len(near)].tolist(), strict=True):
+            assert abs(mpmath.sin(value) - sine) <= most, value
+            assert abs(mpmath.cos(value) - cosine) <= most, value
+    assert (found[:, x == 0.0] == [[0.0], [1.0]]).all()
+
+
 def torques(library, q, *, in_place: bool = False):
     """Of many states at rest at once, q (joints, states)."""
     code, _, kind = library
@@ -164,8 +227,8 @@ def test_one_output_may_stand_where_the_input_stood(library):
 
 
 @pytest.mark.parametrize("case", ["two_link", "puma560 term"])
-def test_compilers_vectorise_what_is_for_many_states(case, tmp_path):
-    """Both loops that hold the arithmetic; a branch or a call in them would undo it."""
+def test_compilers_vectorise_sines_and_what_is_for_many_states(case, tmp_path):
+    """All loops that hold the arithmetic; a branch or a call in them would undo it."""
     version = called("gcc", "-dumpversion").decode().partition(".")[0]
     if int(version) < 12 or platform.machine() not in ("x86_64", "aarch64"):
         pytest.skip("which loops are vectorised is known of gcc 12 for processors of 64 bits")
@@ -174,11 +237,13 @@ def test_compilers_vectorise_what_is_for_many_states(case, tmp_path):
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     vectorised = {int(line) for line in re.findall(r":(\d+):\d+: optimized: +loop vectorized", said)}
     lines = source.read_text().splitlines()
-    polynomials = next(k for k, line in enumerate(lines) if "polynomials(y[l]" in line)  # two lines in
-    loops = [k for k, line in enumerate(lines, start=1) if line.strip() == "for (l = 0; l < lanes; l++) {"]
-    # Of the sines and cosines, and of the torque: the last loop before its first result.
-    result = next(k for k, line in enumerate(lines, start=1) if line.strip().startswith("out[0][l] = "))
-    assert {polynomials - 1, max(k for k in loops if k < result)} <= vectorised
+    loops = [k for k, line in enumerate(lines, start=1) if line.strip().startswith("for (l = ")]
+    # Those of the angles, and of the torque: the last loops before their first results.
+    turns, result = (
+        next(k for k, line in enumerate(lines, start=1) if line.strip().startswith(words))
+        for words in ("const int turns = ", "out[0][l] = ")
+    )
+    assert {max(k for k in loops if k < first) for first in (turns, result)} <= vectorised
 
 
 @pytest.mark.parametrize("language", ["c", "cpp"])

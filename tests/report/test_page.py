@@ -140,17 +140,18 @@ def test_every_level_has_its_own_parts(level: str, by_level: dict[str, Findings]
 @pytest.mark.filterwarnings("ignore:.*single terms are not:gd_analyze.GdAnalyzeWarning")
 @pytest.mark.parametrize("why", ["too many in all", "too many for the budget"])
 def test_without_a_readable_model_the_dominant_elements_are_shown(
-    why: str, two_link: RobotArm, swing: Trajectory, monkeypatch: pytest.MonkeyPatch
+    why: str, puma: RobotArm, pick_and_place: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Named on page and terminal: why there is no model, the exact torque, and what to do."""
     if why == "too many in all":
         monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
-        # At 20 % seven terms exceed the budget alone, at 50 % two.
         for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_facts"):
-            monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 5)
-    findings = gd.analyze(two_link, swing)
+            monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 13)
+        # At 10 % ten terms exceed the budget alone, and the model has few more.
+        monkeypatch.setattr("gd_analyze.studies.budget_stops._LIKELY_SHARE", 0.8)
+    findings = gd.analyze(puma, pick_and_place)
     assert findings.is_unreadable
     assert "No readable model" in findings._repr_html_()
     assert findings.model.is_exact
@@ -161,9 +162,9 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         assert f"the exact torque in {full} operations" in said
         assert "too many" in said
         # A larger error helps where terms can be chosen at all.
-        assert ("`--budget 50%`" in terminal) == (why != "too many in all")
+        assert ("`--budget 10%`" in terminal) == (why != "too many in all")
     if why != "too many in all":  # and the one named works
-        wider = gd.analyze(two_link, swing, budget="50%")
+        wider = gd.analyze(puma, pick_and_place, budget="10%")
         assert not wider.is_unreadable
         assert wider.model.saves
     assert "dominant parts" in words

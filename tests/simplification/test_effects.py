@@ -21,7 +21,7 @@ from strategies import arms, examples, random_states
 
 def effects_of(arm, level, states: States, drives: bool = False) -> Effects:
     form = ExactForm(arm, drives)
-    return level.term_torques(form, level.terms(form)).at(states)
+    return level.term_torques(form, level.terms(form)).at(states).effects()
 
 
 def scale_of(effects: Effects, exact: FloatArray) -> float:
@@ -62,15 +62,16 @@ def test_drives_are_terms_of_the_inertia(puma, pick_and_place):
 )
 def test_parts_of_them_are_what_the_whole_says(arm, seed, level):
     rng, states, form = np.random.default_rng(seed), random_states(arm.n_joints, 5, seed), ExactForm(arm)
-    torques = level.term_torques(form, level.terms(form))
-    every, dense = torques.at(states), torques.at(states).dense()
+    of_terms = level.term_torques(form, level.terms(form))
+    torques = of_terms.at(states)
+    every, dense = torques.effects(), torques.effects().dense()
     chosen = rng.random(torques.count) < 0.5
     # Sums of the same numbers in another order.
     slack = 1e-13 * np.abs(dense).sum(axis=0).max(initial=1.0)
     assert np.abs(every.total(chosen) - dense[chosen].sum(axis=0)).max() <= slack
     some = rng.permutation(np.flatnonzero(chosen))
-    assert np.abs(torques.at(states, some).dense() - dense[some]).max(initial=0.0) <= slack
-    blocks = [(block, part.dense()) for block, part in torques.in_blocks(states, 40)]
+    assert np.abs(torques.effects(some).dense() - dense[some]).max(initial=0.0) <= slack
+    blocks = [(block, part.dense()) for block, part in torques.in_blocks(40)]
     assert [k for block, _ in blocks for k in range(block.start, block.stop)] == [*range(torques.count)]
     assert np.abs(np.concatenate([part for _, part in blocks]) - dense).max() <= slack
     allowed = rng.uniform(0.1, 10.0, arm.n_joints)
@@ -84,6 +85,6 @@ def test_parts_of_them_are_what_the_whole_says(arm, seed, level):
     assert not joined[~chosen, -1].any()
     weights = rng.uniform(0.5, 2.0, (len(states), arm.n_joints))
     weighty = dataclasses.replace(states, weights=weights)
-    weighted = torques.at(weighty).dense()
+    weighted = of_terms.at(weighty).effects().dense()
     np.testing.assert_allclose(weighted, dense * weights.T, rtol=1e-15)
-    assert np.abs(torques.together(weighty, some) - weighted[some].sum(axis=0)).max() <= 2.0 * slack
+    assert np.abs(of_terms.at(weighty).together(some) - weighted[some].sum(axis=0)).max() <= 2.0 * slack

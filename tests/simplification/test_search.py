@@ -62,6 +62,7 @@ def test_of_terms_too_many_to_weigh_the_next_step_is_a_larger_error(rng):
     with pytest.raises(TooManyTermsError, match="too many of the 11150 terms") as caught:
         simplify_exact(exact, Budget.parse("0.1%"), SearchOptions(TERM))
     assert "1% or 0.5% limit" in caught.value.details["next"]
+    assert f"the exact torque, {exact.form.operations.in_words}" in caught.value.details["next"]
 
 
 @examples(15)

@@ -35,7 +35,7 @@ def choices(draw: st.DrawFn) -> TermChoice:
             costs[members] = int(rng.integers(1, 5))
     acts = rng.random((count, joints)) < 0.7
     acts[np.arange(count), rng.integers(joints, size=count)] = True
-    term, joint = np.nonzero(acts)
+    joint, term = np.nonzero(acts.T)
     size = rng.choice([0.3, 1.0, 3.0], count)
     torque = rng.normal(size=(len(term), states)) * size[term, None]
     base = rng.uniform(-0.3, 0.3, (joints, states))
@@ -103,7 +103,7 @@ def test_terms_that_cost_nothing_return_only_within_the_budget():
 def drawn(seed: int) -> TermChoice:
     rng = np.random.default_rng(seed)
     count, joints, states = 8, 2, 6
-    term, joint = np.nonzero(np.ones((count, joints), dtype=bool))
+    joint, term = np.nonzero(np.ones((joints, count), dtype=bool))
     torque = rng.normal(size=(len(term), states)) * rng.choice([0.1, 0.3, 1.0], count)[term, None]
     costs = {frozenset([k]): int(rng.integers(1, 4)) for k in range(count)}
     costs[frozenset(rng.choice(count, 3, replace=False).tolist())] = 4

@@ -24,6 +24,7 @@ from gd_analyze.errors import UsageError
 from gd_analyze.motions.states import States
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import require_few_terms
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
@@ -99,6 +100,7 @@ def simplify_held(
         If not even the exact model can be certified, the tube is around other motions, or the level has no
         terms to choose from.
     """
+    require_few_terms(exact, options.level)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     region = _counting(region, exact)

@@ -18,7 +18,7 @@ from gd_analyze.operations.program import UFUNCS, Program, program_inputs
 from gd_analyze.operations.trace import Expression, Trace, reached
 from gd_analyze.text import number, rounded_up
 
-# Angles processed at once: whole vectors of processors.
+# Angles of one state processed at once: whole vectors of processors.
 _ANGLES_AT_ONCE = 4
 # States processed at once: whole vectors of processors, little memory.
 _STATES_AT_ONCE = 8
@@ -31,44 +31,53 @@ _COMPILER_FACTOR = 2.0
 class SineCosine(NamedTuple):
     """Constants of a sine and cosine that compilers vectorize.
 
-    An angle is reduced to |r| <= pi/4 by subtracting multiples of pi/2 in parts (Cody and Waite 1980); sine
-    and cosine are then polynomials, r + r z (s0 + s1 z + ..) and 1 - z/2 + z z (c0 + c1 z + ..) with z = r r.
-    In double precision they are those of FreeBSD's msun (k_sin.c, k_cos.c, e_rem_pio2.c), in single precision
-    those of Cephes (sinf.c, cosf.c).
+    An angle is reduced to |r| <= pi/2 by subtracting half turns, which change the sign alone, in two parts
+    (Cody and Waite 1980). Sine and cosine are then polynomials, r + r z (s0 + s1 z + ..) and
+    1 - z/2 + z z (c0 + c1 z + ..) with z = r r, whose largest error there is the least (Remez).
     """
 
-    # pi/2; the first two parts have few digits, so that products with the number of quarter turns are exact
-    parts: tuple[float, float, float]
+    # pi; the first part has few bits, so that its product with the number of half turns is exact
+    parts: tuple[float, float]
     largest: float  # largest angle for which this holds, rad; beyond it the C library's functions are called
+    # even number of half turns, more than the largest angle has: casts round down what it is added to
+    shift: float
     sine: tuple[float, ...]
     cosine: tuple[float, ...]
 
 
+# 33 bits of pi, 19 of the half turns. The polynomials are off by 4e-17 and 2e-17.
 DOUBLE = SineCosine(
-    (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21),
+    (3.1415926534682512, 1.2154201013012384e-10),
     1e6,
+    400000.0,
     (
-        -1.66666666666666324348e-01,
-        8.33333333332248946124e-03,
-        -1.98412698298579493134e-04,
-        2.75573137070700676789e-06,
-        -2.50507602534068634195e-08,
-        1.58969099521155010221e-10,
+        -0.16666666666666666,
+        0.008333333333333115,
+        -0.00019841269841185965,
+        2.755731920778734e-06,
+        -2.5052106606669523e-08,
+        1.6058927837871089e-10,
+        -7.642712960186641e-13,
+        2.7184966738811603e-15,
     ),
     (
-        4.16666666666666019037e-02,
-        -1.38888888888741095749e-03,
-        2.48015872894767294178e-05,
-        -2.75573143513906633035e-07,
-        2.08757232129817482790e-09,
-        -1.13596475577881948265e-11,
+        0.04166666666666583,
+        -0.001388888888883005,
+        2.4801587285783927e-05,
+        -2.7557317068508415e-07,
+        2.0876592592219086e-09,
+        -1.1463635426822e-11,
+        4.61613491167436e-14,
     ),
 )
+# 12 bits of pi, 12 of the half turns. The polynomials are off by 5e-9 and 4e-10, up to 1.001 pi/2, as what is
+# added to `shift` loses digits.
 FLOAT = SineCosine(
-    (1.5703125, 4.837512969970703125e-4, 7.54978995489188216e-8),
+    (3.1416015625, -8.908910206761538e-06),
     8e3,
-    (-1.6666654611e-1, 8.3321608736e-3, -1.9515295891e-4),
-    (4.166664568298827e-2, -1.388731625493765e-3, 2.443315711809948e-5),
+    2560.0,
+    (-0.16666657020640438, 0.008333015418659486, -0.00019806479009350805, 2.599751862300517e-06),
+    (0.04166665568664429, -0.0013888567263326144, 2.47691770554558e-05, -2.619115295461136e-07),
 )
 
 
@@ -229,7 +238,7 @@ def read(function: Function, *, many: bool) -> list[tuple[str, str]]:
     for name, kind, index in function.inputs:
         array = {"sin": "sine", "cos": "cosine"}.get(kind)
         if array:
-            places.append((name, f"{array}[{index}][l]" if many else f"{array}[{index}]"))
+            places.append((name, f"{array}[{index} * lanes + l]" if many else f"{array}[{index}]"))
         else:
             places.append((name, f"{kind}[{index} * stride + l]" if many else f"{kind}[{index}]"))
     return places

@@ -22,7 +22,7 @@ VariableProduct = tuple[int, ...]
 EQUAL_WITHIN = 1e-9
 
 
-@lru_cache(maxsize=1 << 17)
+@lru_cache(maxsize=1 << 12)
 def split(a: VariableProduct, b: VariableProduct) -> tuple[VariableProduct, VariableProduct, VariableProduct]:
     """Greatest common divisor of two products, and their quotients."""
     common: list[int] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import takewhile
@@ -136,7 +137,7 @@ def run_headline(findings: Findings) -> str:
 def _unreadable_headline(findings: Findings) -> str:
     model, stops = findings.model, stop_rows(findings)
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
-    wider = f' `--budget "{readable}"` has a readable model.' if readable else ""
+    wider = f" `--budget {shlex.quote(readable)}` has a readable model." if readable else ""
     return (
         f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
         f"dominant elements, and the exact torque in {model.operations_full.in_words}.{wider}"

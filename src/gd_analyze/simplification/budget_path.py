@@ -103,7 +103,7 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     base = (thinned.torque - torque).T / allowed[:, None]
     if thinned.states.weights is not None:
         base = base * thinned.states.weights.T
-    effects = level.term_torques(form, model.terms, numbers).at(thinned.states).over(allowed)
+    effects = level.term_torques(form, model.terms, numbers).at(thinned.states).effects().over(allowed)
     choice = TermChoice(effects, base, costs_together(level.costs(form, listed, 0), numbers))
     stays = of_any(level.indispensable(form, listed), listed, numbers)
     selection = Selection(choice, np.ones(len(choice), dtype=bool))

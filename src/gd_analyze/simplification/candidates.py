@@ -20,10 +20,9 @@ from numpy.typing import NDArray
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.terms import TorqueTerm
-from gd_analyze.motions.states import States
 from gd_analyze.operations.program import Program
 from gd_analyze.robots.bodies import MOST_JOINTS_WITH_TERMS
-from gd_analyze.simplification.effects import IntegerArray, Mask, TermTorques
+from gd_analyze.simplification.effects import IntegerArray, Mask, TermTorques, TorquesAtStates
 from gd_analyze.simplification.exact import MOST_TERMS, ExactForm, too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import HarmonicLevel
@@ -125,15 +124,16 @@ def candidates_of(
     require_few_terms(exact, level)
     all_terms = level.terms(exact.form)
     listed, numbers = list(all_terms), numbers_of(level, exact.form, all_terms)
-    torques = _every_torque(level, exact.form)
+    torques = _every_torque(level, exact.form).at(exact.states)
     stays = of_any(level.indispensable(exact.form, listed), listed, numbers)
     remaining, base = np.arange(torques.count), np.zeros((exact.arm.n_joints, len(exact.states)))
     if torques.count > MANY_TERMS:
         weighed = stays | of_any(included, listed, numbers)
-        remaining, base = _swept(torques, exact.states, allowed, weighed)
+        remaining, base = _swept(torques, allowed, weighed)
         if len(remaining) > _MOST_TERMS:
             message = f"too many of the {len(listed)} terms of {exact.arm.name} matter within that budget"
-            next_step = 'allow a larger error, such as "1% or 0.5% limit"'
+            next_step = 'allow a larger error, such as "1% or 0.5% limit", or take the exact torque, '
+            next_step += f"{exact.form.operations.in_words}: `gd-analyze export ROBOT --to c`"
             raise TooManyTermsError(
                 message,
                 where="budget",
@@ -145,7 +145,7 @@ def candidates_of(
     terms = {listed[k]: all_terms[listed[k]] for k in rows.tolist()}
     numbers = np.searchsorted(remaining, numbers[rows])
     choice = TermChoice(
-        torques.at(exact.states, remaining).over(allowed),
+        torques.effects(remaining).over(allowed),
         base,
         costs_together(level.costs(exact.form, list(terms), sine_price), numbers),
     )
@@ -204,7 +204,7 @@ def _joined(pairs: Iterable[tuple[Any, Any]]) -> dict[Any, Any]:
     return {thing: representative(thing) for thing in out}
 
 
-def require_few_terms(exact: ExactDynamics, level: HarmonicLevel) -> None:
+def require_few_terms(exact: ExactDynamics, level: Level) -> None:
     """Raise a TooManyTermsError if an arm has too many terms to be written out."""
     reason = too_many_terms(exact.form)
     if not reason:
@@ -235,33 +235,31 @@ def terms_beyond(exact: ExactDynamics, level: HarmonicLevel, allowed: FloatArray
         If the arm has too many terms to be written out.
     """
     require_few_terms(exact, level)
-    return int((_peaks(_every_torque(level, exact.form), exact.states, allowed) > 1.0).sum())
+    return int((_peaks(_every_torque(level, exact.form).at(exact.states), allowed) > 1.0).sum())
 
 
 def largest_terms(
-    torques: TermTorques, states: States, allowed: FloatArray, count: int, needed: Mask
+    torques: TorquesAtStates, allowed: FloatArray, count: int, needed: Mask
 ) -> tuple[NDArray[np.intp], FloatArray]:
     """Terms with the largest torques over the allowed ones, and needed ones; error of all others, (n, N)."""
-    peaks = _peaks(torques, states, allowed)
+    peaks = _peaks(torques, allowed)
     chosen = np.union1d(np.argsort(-peaks, kind="stable")[:count], np.flatnonzero(needed))
     unlisted = np.setdiff1d(np.arange(torques.count), chosen)
-    return chosen, torques.together(states, unlisted) / allowed[:, None]
+    return chosen, torques.together(unlisted) / allowed[:, None]
 
 
-def _swept(
-    torques: TermTorques, states: States, allowed: FloatArray, stays: Mask
-) -> tuple[NDArray[np.intp], FloatArray]:
+def _swept(torques: TorquesAtStates, allowed: FloatArray, stays: Mask) -> tuple[NDArray[np.intp], FloatArray]:
     """Terms that remain without the smallest, and the error of these over the allowed one, (n, N)."""
-    order = np.argsort(np.where(stays, np.inf, _peaks(torques, states, allowed)), kind="stable")
+    order = np.argsort(np.where(stays, np.inf, _peaks(torques, allowed)), kind="stable")
     # The largest number of smallest terms that are within the share together, by bisection.
     fewest_dropped, most_dropped = 0, len(order) - max(MANY_TERMS, int(stays.sum()))
-    base = np.zeros((len(allowed), len(states)))
-    error = torques.together(states, order[:most_dropped]) / allowed[:, None]
+    base = np.zeros((len(allowed), len(torques.states)))
+    error = torques.together(order[:most_dropped]) / allowed[:, None]
     if np.abs(error).max() <= SWEPT_ERROR_SHARE:
         return np.sort(order[most_dropped:]), error
     while most_dropped - fewest_dropped > 1:
         middle = (fewest_dropped + most_dropped) // 2
-        error = base + torques.together(states, order[fewest_dropped:middle]) / allowed[:, None]
+        error = base + torques.together(order[fewest_dropped:middle]) / allowed[:, None]
         if np.abs(error).max() <= SWEPT_ERROR_SHARE:
             fewest_dropped, base = middle, error
         else:
@@ -269,9 +267,9 @@ def _swept(
     return np.sort(order[fewest_dropped:]), base
 
 
-def _peaks(torques: TermTorques, states: States, allowed: FloatArray) -> FloatArray:
+def _peaks(torques: TorquesAtStates, allowed: FloatArray) -> FloatArray:
     """Largest torque of every term over the allowed error, shape (K,)."""
     out = np.zeros(torques.count)
-    for block, effects in torques.in_blocks(states, _NUMBERS_AT_ONCE):
+    for block, effects in torques.in_blocks(_NUMBERS_AT_ONCE):
         out[block] = effects.largest(np.abs(effects.torque).max(axis=1) / allowed[effects.joint])
     return out

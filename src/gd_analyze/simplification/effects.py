@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ class Effects:
     count, n_joints
         Number of terms K, and of joints n.
     term, joint
-        Term and joint of each row, shape (E,); terms ascend.
+        Term and joint of each row, shape (E,); joints ascend, and so do the terms of each.
     torque
         Torque, N m (N), shape (E, N).
     """
@@ -41,37 +42,35 @@ class Effects:
     torque: FloatArray
 
     @cached_property
-    def first(self) -> NDArray[np.intp]:
-        """First row of every term, and the number of rows, shape (K + 1,)."""
-        return np.searchsorted(self.term, np.arange(self.count + 1))
+    def of_joints(self) -> list[slice]:
+        """Rows of every joint."""
+        edges = np.searchsorted(self.joint, np.arange(self.n_joints + 1)).tolist()
+        return [slice(*pair) for pair in pairwise(edges)]
 
-    def rows_of(self, term: int) -> slice:
+    @cached_property
+    def _of_terms(self) -> list[NDArray[np.intp]]:
+        order = np.argsort(self.term, kind="stable")
+        return np.split(order, np.searchsorted(self.term[order], np.arange(1, self.count)))
+
+    def rows_of(self, term: int) -> NDArray[np.intp]:
         """Rows of one term."""
-        return slice(int(self.first[term]), int(self.first[term + 1]))
+        return self._of_terms[term]
 
     def largest(self, values: FloatArray) -> FloatArray:
-        """Largest of values of the rows, shape (E,), for every term, shape (K,); each term has a row."""
-        return np.maximum.reduceat(values, self.first[:-1]) if self.count else np.empty(0)
+        """Largest of positive values of the rows, shape (E,), for every term, shape (K,)."""
+        largest = np.zeros(self.count)
+        np.maximum.at(largest, self.term, values)
+        return largest
 
     def total(self, terms: Mask) -> FloatArray:
         """Torque of some terms together, N m, shape (n, N)."""
-        rows, out = terms[self.term], np.zeros((self.n_joints, self.torque.shape[1]))
-        for joint in range(self.n_joints):
-            out[joint] = self.torque[rows & (self.joint == joint)].sum(axis=0)
-        return out
-
-    @cached_property
-    def by_joint(self) -> list[tuple[NDArray[np.intp], FloatArray]]:
-        """Rows of every joint, and their torque, contiguous in memory."""
-        rows = [np.flatnonzero(self.joint == joint) for joint in range(self.n_joints)]
-        return [(joint_rows, self.torque[joint_rows]) for joint_rows in rows]
+        chosen = terms[self.term]
+        return np.stack([self.torque[rows][chosen[rows]].sum(axis=0) for rows in self.of_joints])
 
     def along(self, slope: FloatArray) -> FloatArray:
         """Sum over joints and states of every term's torque times a slope, shape (n, N), for terms (K,)."""
-        sums = np.empty(len(self.term))
-        for (rows, torque), joint_slope in zip(self.by_joint, slope, strict=True):
-            sums[rows] = torque @ joint_slope
-        return np.asarray(np.bincount(self.term, weights=sums, minlength=self.count), dtype=float)
+        sums = [self.torque[rows] @ of_joint for rows, of_joint in zip(self.of_joints, slope, strict=True)]
+        return np.bincount(self.term, weights=np.concatenate(sums), minlength=self.count).astype(float)
 
     def over(self, allowed: FloatArray) -> Effects:
         """The same over the error allowed at every joint, N m, shape (n,)."""
@@ -86,11 +85,9 @@ class Effects:
         terms, place = np.unique(terms, return_inverse=True)
         rows = np.zeros((len(terms), self.torque.shape[1]))
         np.add.at(rows, place, torque)
-        term = np.concatenate([self.term, terms])
-        order = np.argsort(term, kind="stable")
-        joint = np.concatenate([self.joint, np.full(len(terms), self.n_joints)])[order]
-        joined = np.concatenate([self.torque, rows])[order]
-        return Effects(self.count, self.n_joints + 1, term[order], joint, joined)
+        joint = np.concatenate([self.joint, np.full(len(terms), self.n_joints)])
+        term, joined = np.concatenate([self.term, terms]), np.concatenate([self.torque, rows])
+        return Effects(self.count, self.n_joints + 1, term, joint, joined)
 
     def dense(self) -> FloatArray:
         """Torque of every term at every joint, shape (K, n, N)."""
@@ -131,66 +128,71 @@ class TermTorques:
                 for joint, sign in carriers[term.row]:
                     rows.append((number, joint, monomial, product, sign * coefficient * weight))
         columns = np.array(rows, dtype=float).reshape(-1, 5)
-        columns = columns[np.lexsort((columns[:, 1], columns[:, 0]))]
-        self._term, self._joint, self._monomial, self._moving = columns[:, :4].astype(np.intp).T
-        self._weight = columns[:, 4]
-        self._monomials, self._products = list(monomials), list(moving)
-        self._last: tuple[States, FloatArray, FloatArray] | None = None
+        columns = columns[np.lexsort((columns[:, 0], columns[:, 1]))]
+        self.term, self.joint, self.monomial, self.moving = columns[:, :4].astype(np.intp).T
+        self.weight = columns[:, 4]
+        self.monomials, self.products = list(monomials), list(moving)
 
-    def _factors(self, states: States) -> tuple[FloatArray, FloatArray]:
-        """Values at states of all distinct products of sines and cosines, and of velocities, shape (.., N).
+    def at(self, states: States) -> TorquesAtStates:
+        """Torques of all terms at states, weighted as the states are."""
+        return TorquesAtStates(self, states)
 
-        Those of the last states are remembered, as terms are evaluated there block by block.
-        """
-        if self._last is None or self._last[0] is not states:
-            variables, ones = TorqueVariables(self.velocities, states.last), np.ones(len(states))
 
-            def values(keys: Sequence[tuple[Velocity | Factor, ...]]) -> FloatArray:
-                products = [reduce(np.multiply, map(variables, key), ones) for key in keys]
-                return np.reshape(products, (len(keys), len(states)))
+class TorquesAtStates:
+    """Torques of K terms at N states, of which as many are formed at once as are asked for."""
 
-            monomials, products = values(self._monomials), values(self._products)
-            self._last = states, monomials, products
-        return self._last[1:]
+    def __init__(self, torques: TermTorques, states: States) -> None:
+        self.torques, self.states, self.count = torques, states, torques.count
+        variables = TorqueVariables(torques.velocities, states.last)
 
-    def at(self, states: States, terms: NDArray[np.intp] | slice = slice(None)) -> Effects:
-        """Torque of some terms, renumbered in their order, at states; weighted as the states are."""
+        def values(keys: Sequence[tuple[Velocity | Factor, ...]]) -> FloatArray:
+            out = np.ones((len(keys), len(states)))
+            for row, key in zip(out, keys, strict=True):
+                for factor in key:
+                    row *= variables(factor)
+            return out
+
+        self._monomials, self._products = values(torques.monomials), values(torques.products)
+
+    def effects(self, terms: NDArray[np.intp] | slice = slice(None)) -> Effects:
+        """Torque of some terms, renumbered in their order."""
+        of_all, states = self.torques, self.states
         chosen = np.arange(self.count)[terms]
         place = np.full(self.count, -1)
         place[chosen] = np.arange(len(chosen))
-        rows = np.flatnonzero(place[self._term] >= 0)
-        rows = rows[np.argsort(place[self._term[rows]], kind="stable")]
-        monomials, products = self._factors(states)
-        torque = self._weight[rows, None] * monomials[self._monomial[rows]]
-        torque *= products[self._moving[rows]]
-        term, joint = place[self._term[rows]], self._joint[rows]
+        rows = np.flatnonzero(place[of_all.term] >= 0)
+        rows = rows[np.lexsort((place[of_all.term[rows]], of_all.joint[rows]))]
+        torque = self._monomials[of_all.monomial[rows]]
+        torque *= of_all.weight[rows, None]
+        torque *= self._products[of_all.moving[rows]]
+        term, joint = place[of_all.term[rows]], of_all.joint[rows]
         # Several torque terms of one term may act on the same joint.
-        starts = np.flatnonzero(np.diff(term * self.velocities.n_joints + joint, prepend=-1))
+        starts = np.flatnonzero(np.diff(joint * self.count + term, prepend=-1))
         if len(starts) < len(rows):
             torque, term, joint = np.add.reduceat(torque, starts), term[starts], joint[starts]
         if states.weights is not None:
             torque *= states.weights.T[joint]
-        return Effects(len(chosen), self.velocities.n_joints, term, joint, torque)
+        return Effects(len(chosen), of_all.velocities.n_joints, term, joint, torque)
 
-    def together(self, states: States, terms: NDArray[np.intp]) -> FloatArray:
-        """Torque of some terms together at states, shape (n, N); weighted as the states are."""
+    def together(self, terms: NDArray[np.intp]) -> FloatArray:
+        """Torque of some terms together, shape (n, N)."""
         from scipy.sparse import csr_array
 
-        monomials, products = self._factors(states)
+        of_all, weights = self.torques, self.states.weights
         chosen = np.zeros(self.count, dtype=bool)
         chosen[terms] = True
-        rows = np.flatnonzero(chosen[self._term])
-        n, count = self.velocities.n_joints, len(products)
+        rows = np.flatnonzero(chosen[of_all.term])
+        n, count = of_all.velocities.n_joints, len(self._products)
         # One bracket of monomials per joint and product of velocities.
-        bracket = self._joint[rows] * count + self._moving[rows]
-        shape = n * count, len(monomials)
-        brackets = csr_array((self._weight[rows], (bracket, self._monomial[rows])), shape) @ monomials
-        torque = (brackets.reshape(n, count, -1) * products).sum(axis=1)
-        return torque if states.weights is None else torque * states.weights.T
+        bracket = of_all.joint[rows] * count + of_all.moving[rows]
+        shape = n * count, len(self._monomials)
+        brackets = csr_array((of_all.weight[rows], (bracket, of_all.monomial[rows])), shape) @ self._monomials
+        torque = (brackets.reshape(n, count, -1) * self._products).sum(axis=1)
+        return torque if weights is None else torque * weights.T
 
-    def in_blocks(self, states: States, numbers: int) -> Iterator[tuple[slice, Effects]]:
+    def in_blocks(self, numbers: int) -> Iterator[tuple[slice, Effects]]:
         """All terms, block by block of terms, with at most some numbers each."""
-        step = max(1, numbers // (2 * max(len(states), 1)))
+        step = max(1, numbers // (2 * max(len(self.states), 1)))
         for start in range(0, self.count, step):
             block = slice(start, min(start + step, self.count))
-            yield block, self.at(states, block)
+            yield block, self.effects(block)

@@ -129,7 +129,7 @@ class Selection:
         effects = self.choice.effects
         self.selected[term] = sign < 0
         self.needed[self.choice.steps_of[term]] -= sign
-        for row in range(*effects.rows_of(term).indices(len(effects.term))):
+        for row in effects.rows_of(term).tolist():
             self.error[effects.joint[row]] += sign * effects.torque[row]
 
     @property
@@ -152,18 +152,11 @@ def descend(
 
     With `random` the merit of every term varies at random.
     """
-    effects = selection.choice.effects
     open_ = selection.selected & ~stays
     while open_.any():
         terms = np.flatnonzero(open_)
-        rows = np.flatnonzero(open_[effects.term])
-        trial = selection.error[effects.joint[rows]]
-        trial += effects.torque[rows]
-        np.multiply(trial, trial, out=trial)
-        first = np.searchsorted(effects.term[rows], terms)
-        fits = np.maximum.reduceat(trial.max(axis=1), first) <= limit**2
-        current = _fourth_power(selection.error**2).sum(axis=1)
-        rise = np.add.reduceat(_fourth_power(trial).sum(axis=1) - current[effects.joint[rows]], first)
+        largest_square, rise = (values[terms] for values in _if_dropped(selection, open_))
+        fits = largest_square <= limit**2
         # A term that does not fit now may fit later, but seldom does: attempts put others back.
         open_[terms[~fits]] = False
         terms, rise = terms[fits], rise[fits]
@@ -179,6 +172,20 @@ def descend(
                 continue
             selection.drop(term)
             open_[term] = False
+
+
+def _if_dropped(selection: Selection, terms: Mask) -> tuple[FloatArray, FloatArray]:
+    """Largest squared error without each of some terms, and rise of the errors' eighth powers, shape (K,)."""
+    effects = selection.choice.effects
+    largest_square, rise = np.zeros(effects.count), np.zeros(effects.count)
+    for of_joint, error in zip(effects.of_joints, selection.error, strict=True):
+        rows = of_joint.start + np.flatnonzero(terms[effects.term[of_joint]])
+        term, trial = effects.term[rows], effects.torque[rows]
+        trial += error
+        np.multiply(trial, trial, out=trial)
+        largest_square[term] = np.maximum(largest_square[term], trial.max(axis=1, initial=0.0))
+        rise[term] += _fourth_power(trial).sum(axis=1) - _fourth_power(error**2).sum()
+    return largest_square, rise
 
 
 def _fourth_power(squares: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.candidates import require_few_terms
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
@@ -98,7 +99,6 @@ def until_it_holds(
     share, times = np.full(len(allowed), _SEARCHED_SHARE), 0
     everything = exactly(sample, options.level, allowed, str(budget))
     most_operations = _HOPELESS_RATIO * everything.operations_minimized.total
-    is_closing = False
     for turn in range(MOST_ROUNDS):
         if options.time.is_over:
             break
@@ -135,7 +135,7 @@ def until_it_holds(
             elif times >= patience:
                 share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
             times += 1
-    return Searched(everything, sample, is_closing)
+    return Searched(everything, sample, options.time.share_spent > _CLOSING_SHARE)
 
 
 def _first_excess(model: SimplifiedModel, turn: int, checks: Sequence[Check]) -> Excess | None:
@@ -171,6 +171,7 @@ def simplify_exact(
 
     `everywhere` looks at further states. TooManyTermsError if the level has too many terms for a search.
     """
+    require_few_terms(exact, options.level)
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)

@@ -109,11 +109,11 @@ def rank_terms(
     if not exact.needs_torque:
         return TermRanking(unlisted=len(all_terms))
     whole = exact.allowed(_WHOLE)
-    torques = level.term_torques(exact.form, all_terms)
+    torques = level.term_torques(exact.form, all_terms).at(exact.states)
     included_terms = {term for terms in included for term in terms}
     needed = np.array([term in included_terms for term in all_terms], dtype=bool)
-    chosen, unlisted_error = largest_terms(torques, exact.states, whole, MANY_TERMS, needed)
-    effects = torques.at(exact.states, chosen).over(whole).dense()
+    chosen, unlisted_error = largest_terms(torques, whole, MANY_TERMS, needed)
+    effects = torques.effects(chosen).over(whole).dense()
     order = _order_of_elimination(effects)
     # Largest errors with the first of the order dropped, one more each time, (K + 1, n).
     error, errors = unlisted_error.copy(), [np.abs(unlisted_error).max(axis=1, initial=0.0)]

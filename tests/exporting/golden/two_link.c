@@ -40,72 +40,42 @@ int two_link_is_within(const double q[2], const double qd[2], const double qdd[2
 
 enum { block = 4, lanes = 8 };
 
-/* sine and cosine of an angle of at most 1e+06 rad */
-static inline void polynomials(double x, double *sine, double *cosine)
+/* the library's sines and cosines, for angles of which any is far */
+static void by_library(const double *x, double *sine, double *cosine, int count)
 {
-    const int turns = (int)(x * 0.6366197723675814 + (x < 0.0 ? (-0.5) : 0.5));
-    const double k = (double)(turns);
-    const double r = ((x - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21;
-    const double z = r * r;
-    const double s = r + r * z * ((-0.16666666666666632) + z * (0.00833333333332249 + z * ((-0.0001984126982985795) + z * (2.7557313707070068e-06 + z * ((-2.5050760253406863e-08) + z * (1.58969099521155e-10))))));
-    const double c = 1.0 - 0.5 * z + z * z * (0.0416666666666666 + z * ((-0.001388888888887411) + z * (2.480158728947673e-05 + z * ((-2.7557314351390663e-07) + z * (2.087572321298175e-09 + z * ((-1.1359647557788195e-11)))))));
-    const double odd = (double)(turns & 1);
-    const double even = 1.0 - odd;
-    const double of_sine = 1.0 - (double)(turns & 2);
-    const double of_cosine = 1.0 - (double)((turns + 1) & 2);
-    *sine = of_sine * (even * s + odd * c);
-    *cosine = of_cosine * (even * c + odd * s);
-}
-
-/* sines and cosines of some angles of one state, those of larger angles by the library */
-static inline void sines_cosines_of_block(const double *restrict x, double *restrict sine, double *restrict cosine)
-{
-    const double largest = 1000000.0;
-    double y[block];
-    int far = 0, l;
-    for (l = 0; l < block; l++)
-        y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
-    for (l = 0; l < block; l++) {
-        double s, c;
-        polynomials(y[l], &s, &c);
-        sine[l] = s;
-        cosine[l] = c;
-    }
-    for (l = 0; l < block; l++)
-        far |= !(fabs(x[l]) <= largest);
-    if (!far)
-        return;
-    for (l = 0; l < block; l++) {
-        if (!(fabs(x[l]) <= largest)) {
-            sine[l] = sin(x[l]);
-            cosine[l] = cos(x[l]);
-        }
+    int l;
+    for (l = 0; l < count; l++) {
+        sine[l] = sin(x[l]);
+        cosine[l] = cos(x[l]);
     }
 }
 
-/* sines and cosines of one angle of some states, those of larger angles by the library */
-static inline void sines_cosines_of_lanes(const double *restrict x, double *restrict sine, double *restrict cosine)
+/* whether an angle is far: nan, or larger than 1e+06 rad */
+static inline int any_far(const double *x, int count)
 {
-    const double largest = 1000000.0;
-    double y[lanes];
     int far = 0, l;
-    for (l = 0; l < lanes; l++)
-        y[l] = fabs(x[l]) <= largest ? x[l] : 0.0;
-    for (l = 0; l < lanes; l++) {
-        double s, c;
-        polynomials(y[l], &s, &c);
-        sine[l] = s;
-        cosine[l] = c;
-    }
-    for (l = 0; l < lanes; l++)
-        far |= !(fabs(x[l]) <= largest);
-    if (!far)
-        return;
-    for (l = 0; l < lanes; l++) {
-        if (!(fabs(x[l]) <= largest)) {
-            sine[l] = sin(x[l]);
-            cosine[l] = cos(x[l]);
-        }
+    for (l = 0; l < count; l++)
+        far |= !(fabs(x[l]) <= 1000000.0);
+    return far;
+}
+
+/* sines and cosines of angles, none of which is far; gcc does not vectorize loops that it unrolls */
+static inline void polynomials(const double *restrict x, double *restrict sine, double *restrict cosine, int count)
+{
+    int l;
+#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)
+#pragma GCC unroll 1
+#endif
+    for (l = 0; l < count; l++) {
+        const int turns = (int)(x[l] * 0.3183098861837907 + 400000.5);
+        const double k = (double)(turns) - 400000.0;
+        const double sign = 1.0 - (double)(2 * (turns & 1));
+        const double r = (x[l] - k * 3.1415926534682512) - k * 1.2154201013012384e-10;
+        const double z = r * r;
+        const double s = r + r * z * ((-0.16666666666666666) + z * (0.008333333333333115 + z * ((-0.00019841269841185965) + z * (2.755731920778734e-06 + z * ((-2.5052106606669523e-08) + z * (1.6058927837871089e-10 + z * ((-7.642712960186641e-13) + z * (2.7184966738811603e-15))))))));
+        const double c = 1.0 - 0.5 * z + z * z * (0.04166666666666583 + z * ((-0.001388888888883005) + z * (2.4801587285783927e-05 + z * ((-2.7557317068508415e-07) + z * (2.0876592592219086e-09 + z * ((-1.1463635426822e-11) + z * (4.61613491167436e-14)))))));
+        sine[l] = sign * s;
+        cosine[l] = sign * c;
     }
 }
 
@@ -122,7 +92,11 @@ void two_link_torque(const double q[2], const double qd[2], const double qdd[2],
         angle[2] = t1;
         angle[3] = 0.0;
     }
-    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
+    if (any_far(angle, 4)) {
+        by_library(angle, sine, cosine, 4);
+    } else {
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
+    }
     {
         const double qd1 = qd[0];
         const double qd2 = qd[1];
@@ -168,7 +142,11 @@ void two_link_inertia(const double q[2], double D[4])
         angle[2] = 0.0;
         angle[3] = 0.0;
     }
-    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
+    if (any_far(angle, 4)) {
+        by_library(angle, sine, cosine, 4);
+    } else {
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
+    }
     {
         const double cos1 = cosine[0];
         const double t1 = 0.5 * cos1;
@@ -192,7 +170,11 @@ void two_link_coriolis_centrifugal(const double q[2], const double qd[2], double
         angle[2] = 0.0;
         angle[3] = 0.0;
     }
-    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
+    if (any_far(angle, 4)) {
+        by_library(angle, sine, cosine, 4);
+    } else {
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
+    }
     {
         const double qd1 = qd[0];
         const double qd2 = qd[1];
@@ -221,7 +203,11 @@ void two_link_gravity_loading(const double q[2], double c[2])
         angle[2] = 0.0;
         angle[3] = 0.0;
     }
-    sines_cosines_of_block(&angle[0], &sine[0], &cosine[0]);
+    if (any_far(angle, 4)) {
+        by_library(angle, sine, cosine, 4);
+    } else {
+        polynomials(&angle[0], &sine[0], &cosine[0], block);
+    }
     {
         const double cos1 = cosine[0];
         const double cos2 = cosine[1];
@@ -236,26 +222,29 @@ void two_link_gravity_loading(const double q[2], double c[2])
 /* torque of as many states as there are lanes; from number to number it is a stride */
 static void torque_of_lanes(size_t stride, const double *q, const double *qd, const double *qdd, double *tau)
 {
-    double angle[2][lanes], sine[2][lanes], cosine[2][lanes];
+    double angle[2 * lanes], sine[2 * lanes], cosine[2 * lanes];
     double out[2][lanes];
     size_t j, l;
     for (l = 0; l < lanes; l++) {
         const double q1 = q[0 * stride + l];
         const double q2 = q[1 * stride + l];
-        angle[0][l] = q1;
-        angle[1][l] = q2;
+        angle[0 * lanes + l] = q1;
+        angle[1 * lanes + l] = q2;
     }
-    sines_cosines_of_lanes(angle[0], sine[0], cosine[0]);
-    sines_cosines_of_lanes(angle[1], sine[1], cosine[1]);
+    if (any_far(&angle[0], 2 * lanes)) {
+        by_library(&angle[0], &sine[0], &cosine[0], 2 * lanes);
+    } else {
+        polynomials(&angle[0], &sine[0], &cosine[0], 2 * lanes);
+    }
     for (l = 0; l < lanes; l++) {
         const double qd1 = qd[0 * stride + l];
         const double qd2 = qd[1 * stride + l];
         const double qdd1 = qdd[0 * stride + l];
         const double qdd2 = qdd[1 * stride + l];
-        const double sin1 = sine[0][l];
-        const double sin2 = sine[1][l];
-        const double cos1 = cosine[0][l];
-        const double cos2 = cosine[1][l];
+        const double sin1 = sine[0 * lanes + l];
+        const double sin2 = sine[1 * lanes + l];
+        const double cos1 = cosine[0 * lanes + l];
+        const double cos2 = cosine[1 * lanes + l];
         const double t1 = qd1 + qd2;
         const double t2 = qdd1 + qdd2;
         const double t3 = cos1 * cos2;
