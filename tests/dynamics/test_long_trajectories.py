@@ -124,6 +124,9 @@ def test_what_is_said_of_a_recording_is_of_all_its_readings(two_link, monkeypatc
     ]
     xr.testing.assert_allclose(*differences, rtol=1e-10)
     assert float(differences[0][1]) > 9.0
+    assert "cover all, as does the noise; so do the differences of measured torque" in page_of(
+        main_report(shown)
+    )
 
 
 @pytest.mark.parametrize(
