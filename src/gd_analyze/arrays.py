@@ -41,9 +41,9 @@ def evenly(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def chunks(count: int) -> Iterator[slice]:
-    """Cut `count` set points into slices of `CHUNK`."""
-    return (slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK))
+def chunks(count: int, length: int = CHUNK) -> Iterator[slice]:
+    """Cut `count` set points into slices of a length."""
+    return (slice(start, min(start + length, count)) for start in range(0, count, length))
 
 
 def runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -153,7 +153,9 @@ def falling(value: float) -> float:
 
 def are_possible(values: ArrayLike) -> bool:
     """Whether all numbers are finite and none is larger than `LARGEST`."""
-    return bool((np.abs(np.asarray(values, dtype=float)) <= LARGEST).all())
+    array = np.asarray(values, dtype=float)
+    # A nan makes its array's smallest number nan.
+    return bool(array.min(initial=0.0) >= -LARGEST and array.max(initial=0.0) <= LARGEST)
 
 
 def array_of(values: Any, name: str, error: type[GdAnalyzeError]) -> FloatArray:
@@ -181,8 +183,8 @@ def frozen(array: FloatArray) -> FloatArray:
 
 def require_possible(array: FloatArray, name: str, error: type[GdAnalyzeError]) -> None:
     """Raise `error` where a number is not finite or larger than `LARGEST`."""
-    wrong = ~(np.abs(array) <= LARGEST)
-    if wrong.any():
+    if not are_possible(array):
+        wrong = ~(np.abs(array) <= LARGEST)
         raise error(
             f"{name} is {'too large' if np.isfinite(array).all() else 'not finite'}",
             where=f"{name}{list(map(int, np.argwhere(wrong)[0]))}",

@@ -24,6 +24,7 @@ from gd_analyze.results.run_facts import run_headline
 from gd_analyze.studies.steps import collect, read, set_points
 from gd_analyze.studies.steps.set_points import LongMotion
 from long_cases import long
+from recordings import recorded
 
 LONG = MOST_KEPT + CHUNK + 17
 SETTINGS = gd.types.Settings(level="element", budget="20%")
@@ -97,6 +98,35 @@ def test_the_findings_are_those_of_a_decomposition_that_is_kept(
         ours, theirs = (one.tables["simplified_model"][name] for one in (long_findings, kept))
         xr.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-10)
     assert run_headline(long_findings) == run_headline(kept)
+
+
+def test_what_is_said_of_a_recording_is_of_all_its_readings(two_link, monkeypatch):
+    """A torque is off for 20 of 12 305 readings, between evenly spaced set points."""
+    log = recorded(two_link, count=LONG, friction=(0.1, 0.02, 0.0), noise=0.01, cutoff=8.0)
+    torque = log.recording.torque.copy()
+    torque[6000:6020, 1] += 10.0
+    log = dataclasses.replace(
+        log, recording=dataclasses.replace(log.recording, torque=torque, torque_filtered=torque)
+    )
+    shown = gd.analyze(two_link, log, settings=SETTINGS)
+    for module in (decomposition, read, set_points, collect, run):
+        monkeypatch.setattr(module, "MOST_KEPT", LONG)
+    kept = gd.analyze(two_link, log, settings=SETTINGS)
+    assert (shown.trajectory.n_set_points < LONG / 4, kept.trajectory.n_set_points) == (True, LONG)
+    assert shown.tables["diagnosis"].equals(kept.tables["diagnosis"])
+    places = np.searchsorted(log.time, shown.trajectory.time)
+    for group in ("measured_torque", "recording"):
+        assert shown.tables[group].attrs == kept.tables[group].attrs
+        xr.testing.assert_allclose(shown.tables[group], kept.tables[group].isel(time=places), rtol=1e-10)
+    differences = [
+        np.abs(found.tables["measured_torque"].filtered - found.decomposition.torque).max("time")
+        for found in (shown, kept)
+    ]
+    xr.testing.assert_allclose(*differences, rtol=1e-10)
+    assert float(differences[0][1]) > 9.0
+    assert "cover all, as does the noise; so do the differences of measured torque" in page_of(
+        main_report(shown)
+    )
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
 from gd_analyze.motions.cutoff import passed
-from gd_analyze.motions.smoothing import noise_of, smoothed
+from gd_analyze.motions.smoothing import noise_of
+from gd_analyze.motions.spline import smoothed
 from recordings import Motion, instants, readings, rms
 
 SECONDS = 15.0

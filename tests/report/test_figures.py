@@ -183,7 +183,7 @@ def test_ticks_are_few_round_and_inside(low: float, width: float, most: int) -> 
 def test_readings_are_drawn_where_the_joint_accelerates_most(recorded: Findings) -> None:
     motion = recorded.trajectory
     for joint in range(recorded.arm.n_joints):
-        drawn = most_accelerated(recorded, joint)
+        drawn = most_accelerated(motion, joint)
         assert int(np.abs(motion.qdd[:, joint]).argmax()) in drawn
     assert len(recording_figure(recorded).panels) == 2 * recorded.arm.n_joints
 

@@ -8,10 +8,10 @@ from itertools import combinations
 
 import numpy as np
 
-from gd_analyze.arrays import Array, FloatArray, runs
+from gd_analyze.arrays import Array, FloatArray, chunks, runs
 from gd_analyze.diagnosis.remedies import another_column, leaving_out
 from gd_analyze.motions.log import Log
-from gd_analyze.motions.measured import directions
+from gd_analyze.motions.measured import directions, fastest_of
 from gd_analyze.motions.smoothing import Recording
 from gd_analyze.motions.trajectory import Trajectory, Whole
 from gd_analyze.motions.velocities import derivative_factors
@@ -82,7 +82,7 @@ def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Traject
     for fault, joints in _copies(recording):
         faults.append(fault)
         faulty[:, joints] = True
-    moving = directions(log) != 0.0
+    moving = directions(log) != 0
     for i in range(arm.n_joints):
         moves = moving[:, i]
         if moves.sum() < _FEWEST_READINGS or not np.isfinite(recording.torque[:, i]).any():
@@ -92,13 +92,15 @@ def without_faults(arm: RobotArm, log: Trajectory) -> tuple[list[Fault], Traject
             faulty[:, i] |= rows
     # The filter makes a faulty reading part of its neighbours; one that is a row late does them no harm.
     near = np.ones(2 * _BLURRED_READINGS + 1)
-    blurred = [np.convolve(rows, near, mode="same") > 0.5 for rows in faulty.astype(float).T]
+    blurred = [np.convolve(rows, near, mode="same") > 0.5 for rows in faulty.T]
     repeats = _repeats(log, recording)
     if repeats.any():
-        joint, share = int(np.abs(log.qd).max(axis=0).argmax()), float(repeats.mean())
+        joint, share = int(fastest_of([log]).argmax()), float(repeats.mean())
         what = f"{percent(share)} of the rows repeat the row before, though the arm moves"
         faults.append(Fault("repeated rows", joint, what, "log each message once", share))
     faults += _of_velocities(log)
+    if not (faulty.any() or repeats.any()):
+        return faults, log
     torque, filtered = (
         None if values is None else np.where(rows | repeats[:, None], np.nan, values)
         for values, rows in (
@@ -145,9 +147,10 @@ def _smoothed_without(arm: RobotArm, log: Trajectory, rows: Array) -> Trajectory
 def _repeats(log: Trajectory, recording: Recording) -> Array:
     """Rows that repeat the one before though a joint moves by several steps of its sensor, (N,)."""
     assert recording.torque is not None  # callers check this
-    readings = np.column_stack([recording.q, recording.torque])
-    repeats = np.zeros(len(readings), dtype=bool)
-    repeats[1:] = (readings[1:] == readings[:-1]).all(axis=1)
+    repeats = np.zeros(log.n_set_points, dtype=bool)
+    repeats[1:] = True
+    for readings in (recording.q, recording.torque):
+        repeats[1:] &= (readings[1:] == readings[:-1]).all(axis=1)
     if repeats.any():
         steps = np.array([_sensor_step(q) for q in recording.q.T])
         moved = np.abs(log.qd) * float(np.median(np.diff(log.time)))
@@ -283,7 +286,8 @@ def _spikes(values: FloatArray, moves: Array) -> Array:
     is_read, places = np.isfinite(values), np.arange(len(values))
     filled = np.interp(places, places[is_read], values[is_read])
     padded = np.pad(filled, 2, mode="edge")
-    around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1)
+    fives = np.lib.stride_tricks.sliding_window_view(padded, 5)
+    around = np.concatenate([np.median(fives[at], axis=1) for at in chunks(len(fives))])
     deviation = np.abs(filled - around)
     # What readings usually do, by medians that spikes do not move. Slow readings of few values equal their
     # neighbours: a step of the sensor is the least.

@@ -74,7 +74,7 @@ def samples_of(arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array
     moving = []
     for log, good in zip(logs, usable, strict=True):
         is_compared = good & np.isfinite(filtered_torque(log)) & moves_at_all
-        moving.append((directions(log, fastest) != 0.0) & is_compared)
+        moving.append((directions(log, fastest) != 0) & is_compared)
     total = sum(int(moves.any(axis=1).sum()) for moves in moving)
     parts: dict[str, list[FloatArray]] = {name: [] for name in _BY_SAMPLE}
     slowest = np.full(n, np.inf)
@@ -96,8 +96,8 @@ def samples_of(arm: RobotArm, logs: Sequence[Trajectory], usable: Sequence[Array
         }
         for name, array in values.items():
             parts[name].append(array)
-        speed = np.where(moves, np.abs(log.qd), np.inf)
-        slowest = np.minimum(slowest, speed.min(axis=0))
+        speeds = [np.abs(log.qd[moves[:, i], i]) for i in range(n)]
+        slowest = np.minimum(slowest, [speed.min(initial=np.inf) for speed in speeds])
     joined = {name: np.concatenate(arrays) for name, arrays in parts.items()}
     samples = Samples(arm, tuple(logs), slowest=slowest, **joined)
     enough = [

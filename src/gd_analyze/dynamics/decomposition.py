@@ -325,16 +325,17 @@ def torque_of(
     require_states_fit(arm, states)
     flat = states.in_a_row
     progress.stage("decomposing", len(flat))
-    if len(flat) > MOST_KEPT:
-        names = [*_LEAN, "drive_torque"] if arm.counts_drives(drives) else [*_LEAN]
-        rows = _empty(arm, ["torque"], len(flat))
-        _run(arm, names, flat.last, rows, progress)
-        return np.ascontiguousarray(rows["torque"].T).reshape(states.q.shape)
+    names = [*_LEAN, "drive_torque"] if arm.counts_drives(drives) else [*_LEAN]
     out = np.empty((len(flat), arm.n_joints))
-    evaluate = partial(decompose_states, arm, christoffel=False, drives=drives)
     for chunk in chunks(len(flat)):
-        out[chunk] = evaluate(flat.at(chunk))["torque"]
-        progress.advance(chunk.stop - chunk.start)
+        some = flat.at(chunk)
+        if len(flat) > MOST_KEPT:
+            rows = _empty(arm, ["torque"], len(some))
+            _run(arm, names, some.last, rows, progress)
+            out[chunk] = rows["torque"].T
+        else:
+            out[chunk] = decompose_states(arm, some, christoffel=False, drives=drives)["torque"]
+            progress.advance(len(some))
     return out.reshape(states.q.shape)
 
 

@@ -81,7 +81,7 @@ def _at_distance(values: FloatArray) -> FloatArray:
     return np.fft.irfft(np.abs(spectrum) ** 2, length)[: length // 4]
 
 
-def own_columns(qdd: FloatArray, direction: FloatArray, qd: FloatArray) -> FloatArray:
+def own_columns(qdd: FloatArray, direction: Array, qd: FloatArray) -> FloatArray:
     """Torque of joints per drive inertia, Coulomb and viscous friction and offset of their own, (..., 4)."""
     return np.stack([qdd, direction, qd, np.ones_like(qd)], axis=-1)
 
@@ -133,7 +133,7 @@ NOT_FITTED = JointFriction(np.full(3, np.nan), np.full(3, np.nan), np.nan, np.na
 def fit_joint(
     model: FloatArray,
     measured: FloatArray,
-    sign: FloatArray,
+    sign: Array,
     velocity: FloatArray,
     used: Array,
     stretches: Sequence[slice],

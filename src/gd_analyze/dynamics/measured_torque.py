@@ -156,14 +156,14 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
 def _friction(
     trajectory: Trajectory,
     joint: int,
-    sign: FloatArray,
+    sign: Array,
     model: FloatArray,
     measured: FloatArray,
     used: Array,
 ) -> JointFriction:
     """Friction of one joint, from 0; an offset alone where it stands still."""
     velocity = trajectory.qd[:, joint]
-    moving = used & (sign != 0.0) & far_from_jumps(trajectory, sign)
+    moving = used & (sign != 0) & far_from_jumps(trajectory, sign)
     if moving.sum() < _FEWEST_READINGS:
         sign, velocity, moving = np.zeros_like(sign), np.zeros_like(sign), used
     return fit_joint(model, measured, sign, velocity, moving, trajectory.stretches)

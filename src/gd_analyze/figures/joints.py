@@ -29,6 +29,7 @@ from gd_analyze.figures.figure import (
     value_axis,
 )
 from gd_analyze.figures.run import Run
+from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.parts import Joint
 from gd_analyze.schema import SCHEMA_UNITS
 from gd_analyze.text import amount, pretty
@@ -73,7 +74,7 @@ def recording_figure(run: Run) -> Figure:
     """Readings and smoothed motion, and their difference near the joint's largest acceleration."""
     motion, axis, rows = run.trajectory, time_axis(run.trajectory.time), []
     for i, joint in enumerate(run.arm.joints):
-        near, unit = most_accelerated(run, i), motion_unit(joint, "q")
+        near, unit = most_accelerated(motion, i), motion_unit(joint, "q")
         read = in_degrees(run.tables["recording"].q_read.values[:, i], joint)
         smooth = in_degrees(motion.q[:, i], joint)
         curves = (
@@ -91,15 +92,14 @@ def recording_figure(run: Run) -> Figure:
     return Figure("Readings and smoothed motion", tuple(rows), FIGURE_WIDTH / 2, height, legend)
 
 
-def most_accelerated(run: Run, joint: int) -> np.ndarray:
+def most_accelerated(motion: Trajectory, joint: int) -> NDArray[np.intp]:
     """Set points, from 0, of some periods of the cut-off around a joint's largest acceleration."""
-    motion = run.trajectory
+    recording = motion.recording
+    assert recording is not None  # called for smoothed readings only
+    assert recording.cutoff is not None
     fastest = int(np.abs(motion.qdd[:, joint]).argmax())
     stretch = next(part for part in motion.stretches if part.start <= fastest < part.stop)
-    half, middle = (
-        _ENLARGED_PERIODS / 2 / float(run.tables["recording"].cutoff[joint]),
-        float(motion.time[fastest]),
-    )
+    half, middle = _ENLARGED_PERIODS / 2 / float(recording.cutoff[joint]), float(motion.time[fastest])
     first, last = np.searchsorted(motion.time, (middle - half, middle + half))
     first, last = min(first, fastest - _FEWEST_READINGS // 2), max(last, fastest + _FEWEST_READINGS // 2)
     return np.arange(max(first, stretch.start), min(last, stretch.stop))

@@ -139,7 +139,7 @@ def identification_rows(
             means = np.add.reduceat(columns, starts, axis=1) / np.maximum(number_read, 1)
             torque = np.add.reduceat(torque, starts) / np.maximum(number_read, 1)
             # Where the joint creeps or reverses, its friction has no definite sign.
-            moves = np.abs(np.add.reduceat(sign, starts)) == counts
+            moves = np.abs(np.add.reduceat(sign, starts, dtype=int)) == counts
             parts[i].append(JointRows(means.T, torque, time).at(moves & (2 * number_read >= counts)))
     return [JointRows.joined(joint_parts) for joint_parts in parts]
 

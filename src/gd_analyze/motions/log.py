@@ -105,6 +105,8 @@ def log_of(
     usable[corrupt] = False
     if not usable.all():
         time, arrays = time[usable], {role: array[usable] for role, array in arrays.items()}
+        for array in arrays.values():
+            array.flags.writeable = False
         gaps = gaps and tuple(int(usable[:gap].sum()) for gap in gaps)
     constants = reading.torque_constant or () if "torque" in arrays else ()
     if reading.corrections or constants:

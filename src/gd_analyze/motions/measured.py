@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.errors import UsageError
@@ -49,10 +50,10 @@ def filtered_torque(motion: Trajectory) -> FloatArray:
 
 def fastest_of(motions: Sequence[Trajectory]) -> FloatArray:
     """Largest velocity of every joint along some motions, (n,)."""
-    return np.asarray(np.max([np.abs(motion.qd).max(axis=0) for motion in motions], axis=0))
+    return np.asarray(np.max([np.abs(motion.extremes[1]).max(axis=0) for motion in motions], axis=0))
 
 
-def directions(motion: Trajectory, fastest: FloatArray | None = None) -> FloatArray:
+def directions(motion: Trajectory, fastest: FloatArray | None = None) -> NDArray[np.int8]:
     """1 where a joint moves forwards, -1 backwards, 0 where it hardly moves, (N, n).
 
     `fastest` are the joints' largest velocities, by default along this motion.
@@ -65,7 +66,7 @@ def directions(motion: Trajectory, fastest: FloatArray | None = None) -> FloatAr
     noise = np.sqrt(recording.noise_q * recording.noise_qdd)
     fastest = fastest_of([motion]) if fastest is None else fastest
     still = np.maximum(_NOISE_SIGMAS * np.nan_to_num(noise), CREEPING_SHARE * fastest)
-    return np.where(np.abs(motion.qd) > still, np.sign(motion.qd), 0.0)
+    return (motion.qd > still).astype(np.int8) - (motion.qd < -still)
 
 
 def settled(motion: Trajectory) -> Array:
@@ -77,10 +78,10 @@ def settled(motion: Trajectory) -> Array:
     return inside if inside.any() else ~inside
 
 
-def far_from_jumps(motion: Trajectory, sign: FloatArray) -> Array:
+def far_from_jumps(motion: Trajectory, sign: Array) -> Array:
     """Set points far enough from changes of direction that the jump of friction has settled, (N,)."""
     time, wait = motion.time, _settling(motion)
-    after = np.flatnonzero(np.diff(sign) != 0.0)
+    after = np.flatnonzero(np.diff(sign))
     jumps = np.concatenate([[-np.inf], (time[after] + time[after + 1]) / 2.0, [np.inf]])
     following = np.searchsorted(jumps, time)
     return np.asarray(np.minimum(time - jumps[following - 1], jumps[following] - time) >= wait)

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, frozen
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
@@ -39,6 +39,14 @@ class Sampling:
     def stretches(self) -> list[slice]:
         """Set points of each stretch."""
         return [slice(start, end) for start, end in pairwise([0, *self.gaps, len(self.time)])]
+
+    def take(self, values: FloatArray) -> FloatArray:
+        """The set points among a log's rows, read-only; all of them in order are not copied."""
+        if len(self.rows) == len(values) and (np.diff(self.rows) == 1).all():
+            return frozen(values)
+        taken = values[self.rows]
+        taken.flags.writeable = False
+        return taken
 
 
 # A gap is longer than this many usual steps of the log, and longer than a pause of a slow logger.
@@ -82,7 +90,7 @@ def sampling_of(
     rows, times = _in_order(rows, times, gap, notes)
     equal = EQUAL_STAMP_STEP_SHARE * step
     same = int((np.diff(times) <= equal).sum())
-    times = _apart(times, q[rows], step)
+    times = _apart(times, q, rows, step)
     # Of equal stamps the last is kept: a message sent again is the newest.
     is_kept = np.append(np.diff(times) > equal, True)
     if same:
@@ -140,12 +148,13 @@ def _in_order(
     return rows, times
 
 
-def _apart(times: FloatArray, q: FloatArray, step: float) -> FloatArray:
+def _apart(times: FloatArray, q: FloatArray, rows: NDArray[np.intp], step: float) -> FloatArray:
     """Give rows that move but share a stamp distinct instants, where a step is missing beside them."""
     times, steps = times.copy(), np.diff(times)
-    moves = np.any(np.diff(q, axis=0) != 0.0, axis=1)
     equal, missing = EQUAL_STAMP_STEP_SHARE * step, MISSING_READING_STEPS * step
-    for k in np.flatnonzero((steps[1:-1] <= equal) & moves[1:-1]) + 1:
+    shared = np.flatnonzero(steps[1:-1] <= equal) + 1
+    moves = (q[rows[shared]] != q[rows[shared + 1]]).any(axis=1)
+    for k in shared[moves]:
         if steps[k - 1] >= missing:
             times[k] = (times[k - 1] + times[k + 1]) / 2
         elif steps[k + 1] >= missing:
@@ -172,23 +181,29 @@ def unwrapped(q: FloatArray, arm: RobotArm, stretches: Sequence[slice]) -> tuple
 
     Across a gap angles stay as logged, unless full turns bring a stretch back within limits.
     """
-    out, farthest = q.copy(), _MOST_WRAPPED_TURNS * _TURN + _TURN_TOLERANCE
+    out, farthest = q, _MOST_WRAPPED_TURNS * _TURN + _TURN_TOLERANCE
     jumped: dict[int, int] = {}  # number of jumps by number of the joint, from 1
     for i in np.flatnonzero(arm.is_revolute).tolist():
         lower, upper = arm.limits("lower")[i], arm.limits("upper")[i]
+        angles = q[:, i].copy()
         for stretch in stretches:
-            steps = np.diff(out[stretch, i])
+            steps = np.diff(angles[stretch])
             turns = np.round(steps / _TURN)
             turns[np.abs(steps - _TURN * turns) > _TURN_TOLERANCE] = 0.0
-            if turns.any() and np.ptp(out[stretch, i]) <= farthest:
+            if turns.any() and np.ptp(angles[stretch]) <= farthest:
                 jumped[i + 1] = jumped.get(i + 1, 0) + int(np.count_nonzero(turns))
-                out[stretch.start + 1 : stretch.stop, i] -= _TURN * np.cumsum(turns)
-            low, high = float(out[stretch, i].min()), float(out[stretch, i].max())
+                angles[stretch.start + 1 : stretch.stop] -= _TURN * np.cumsum(turns)
+            low, high = float(angles[stretch].min()), float(angles[stretch].max())
             if math.isfinite(upper - lower) and (low < lower or high > upper):
                 into = math.ceil((lower - low) / _TURN) if low < lower else -math.ceil((high - upper) / _TURN)
                 is_near = abs(into) <= _MOST_WRAPPED_TURNS
                 if is_near and lower <= low + _TURN * into and high + _TURN * into <= upper:
-                    out[stretch, i] += _TURN * into
+                    angles[stretch] += _TURN * into
+        if not np.array_equal(angles, q[:, i]):
+            out = q.copy() if out is q else out
+            out[:, i] = angles
+    if out is not q:
+        out.flags.writeable = False  # and a trajectory needs no copy
     if not jumped:
         return out, ()
     joints = named_joints([*jumped], arm.n_joints)

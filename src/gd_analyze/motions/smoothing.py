@@ -5,34 +5,21 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.cutoff import Source, chosen
 from gd_analyze.motions.log import Log
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import FEWEST_READINGS, Sampling, sampling_of, unwrapped
+from gd_analyze.motions.spline import BLOCK_READINGS, derivatives
 from gd_analyze.motions.velocities import FEWEST_SET_POINTS, are_noise, completed, contradictions
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import significant
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
-
-# Degree of the smoothing spline.
-_DEGREE = 5
-# Knots of the smoothing spline per period of the cut-off frequency.
-_KNOTS_PER_PERIOD = 8
-# Most of its knots per reading.
-_KNOTS_PER_READING = 4
-# Below this many periods in a stretch the spline is a parabola for any cut-off.
-_FEWEST_PERIODS = 0.05
-# Integrals of the products of two quadratic B-splines, knots 1 apart.
-_SPLINE_PRODUCTS = np.array([1, 26, 66, 26, 1]) / 120
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +46,11 @@ class Recording:
         """Whether these are smoothed readings; otherwise a plan in a log."""
         return self.cutoff is not None
 
+    def at(self, points: NDArray[np.intp]) -> Recording:
+        """The same at some of the set points."""
+        arrays = {name: getattr(self, name) for name in ("q", "torque", "torque_filtered", "qd")}
+        return replace(self, **{name: x[points] for name, x in arrays.items() if x is not None})
+
 
 @dataclass(frozen=True, eq=False)
 class Treated:
@@ -82,8 +74,8 @@ def treated(logged: Log, arm: RobotArm | None, treatment: Treatment | None) -> T
         arrays = (logged.time, logged.q, logged.qd, logged.qdd)
         if logged.judged and not logged.gaps and are_noise(*arrays):
             return treated(_as_readings(logged), arm, treatment)
-        derivatives = completed(*arrays, logged.gaps, logged.name)
-        return Treated(logged.time, logged.q, *derivatives, logged.gaps, None)
+        completed_arrays = completed(*arrays, logged.gaps, logged.name)
+        return Treated(logged.time, logged.q, *completed_arrays, logged.gaps, None)
     treatment = treatment or Treatment()
     logged = _without_sparse(logged)
     needed = [x for x in (logged.q, logged.qd, logged.qdd) if x is not None]
@@ -92,21 +84,21 @@ def treated(logged: Log, arm: RobotArm | None, treatment: Treatment | None) -> T
     fewest = FEWEST_READINGS if logged.measured else fewest_of_plan
     name = logged.origin or logged.name
     sampling = sampling_of(logged.time, logged.q, readable, treatment.largest_gap, name, fewest)
-    q, notes = logged.q[sampling.rows], sampling.notes
+    q, notes = sampling.take(logged.q), sampling.notes
     if arm is not None:
         q, turns = unwrapped(q, arm, sampling.stretches)
         notes += turns
     optional = (logged.qd, logged.qdd, logged.torque)
-    qd, qdd, torque = (None if x is None else x[sampling.rows] for x in optional)
+    qd, qdd, torque = (None if x is None else sampling.take(x) for x in optional)
     sampled = replace(logged, time=sampling.time, q=q, qd=qd, qdd=qdd, torque=torque)
     if logged.measured:
         return _smoothed(sampled, sampling, treatment, notes)
     if logged.judged and are_noise(sampled.time, q, qd, qdd, sampling.gaps):
         return treated(_as_readings(logged), arm, treatment)
-    derivatives = completed(sampled.time, q, qd, qdd, sampling.gaps, name)
+    qd_qdd = completed(sampled.time, q, qd, qdd, sampling.gaps, name)
     nothing = np.zeros(q.shape[1])
     recording = Recording(q, torque, torque, None, nothing, nothing, sampled.columns, notes, qd)
-    return Treated(sampled.time, q, *derivatives, sampling.gaps, recording)
+    return Treated(sampled.time, q, *qd_qdd, sampling.gaps, recording)
 
 
 def _as_readings(logged: Log) -> Log:
@@ -134,17 +126,23 @@ def _without_sparse(logged: Log) -> Log:
 def _smoothed(sampled: Log, sampling: Sampling, treatment: Treatment, notes: tuple[str, ...]) -> Treated:
     source, cutoffs, rule = chosen(_sources(sampled, sampling, treatment), sampling, treatment)
     from_velocities = source.order == 1
-    q, qd, qdd = _smooth(sampling, sampled.q, cutoffs, (0, 1, 2))
+    orders = (0, 1, 2) if sampled.qdd is None else (0, 1)
     if from_velocities:
-        qd, qdd = _smooth(sampling, source.values, cutoffs, (0, 1))
+        motion = [*derivatives(sampling, sampled.q, cutoffs, (0,))]
+        motion += [*derivatives(sampling, source.values, cutoffs, orders[:-1])]
+    else:
+        motion = [*derivatives(sampling, sampled.q, cutoffs, orders)]
+    if sampled.qdd is not None:
+        motion += [*derivatives(sampling, sampled.qdd, cutoffs, (0,))]
+    q, qd, qdd = motion
     noise_qdd = source.remaining_noise(cutoffs)
     if sampled.qdd is not None:
-        (qdd,) = _smooth(sampling, sampled.qdd, cutoffs, (0,))
         noise_qdd = noise_of(sampled.qdd, qdd, sampling.step, cutoffs, remaining=True)
     torque = None
     if sampled.torque is not None:
         # Noise of one joint's acceleration enters the torques of all.
-        (torque,) = _smooth(sampling, sampled.torque, np.full(len(cutoffs), cutoffs.max()), (0,))
+        highest = np.full(len(cutoffs), cutoffs.max())
+        (torque,) = derivatives(sampling, sampled.torque, highest, (0,))
     hertz = " and ".join(dict.fromkeys(f"{significant(float(cutoff))} Hz" for cutoff in cutoffs))
     readings = f"the measured {'velocities' if from_velocities else 'positions'}"
     smoothing = f"smoothed without delay, cut-off {hertz} ({rule})"
@@ -173,59 +171,6 @@ def _sources(sampled: Log, sampling: Sampling, treatment: Treatment) -> list[Sou
     return [*sources, Source.of(sampling, sampled.qd, 1)]
 
 
-def _smooth(
-    sampling: Sampling, values: FloatArray, cutoffs: FloatArray, orders: tuple[int, ...]
-) -> list[FloatArray]:
-    """Derivatives of smoothed readings, shape (N, n) each; nan in a stretch of fewer than three readings."""
-    out = [np.full_like(values, np.nan) for _ in orders]
-    for stretch in sampling.stretches:
-        time = sampling.time[stretch]
-        for i, cutoff in enumerate(cutoffs.tolist()):
-            finite = np.isfinite(values[stretch, i])
-            if np.count_nonzero(finite) < 3:
-                continue
-            spline = smoothed(time[finite], values[stretch, i][finite], cutoff)
-            for array, order in zip(out, orders, strict=True):
-                array[stretch, i] = spline(time, order)
-    return out
-
-
-def smoothed(time: FloatArray, values: FloatArray, cutoff: float) -> BSpline[np.float64]:
-    """Smoothing spline of one stretch, shape (N,) or (N, k), N >= 3, at the cut-off f_c, Hz.
-
-    Its knots, eight per period of f_c, are dense enough to give the response H of infinitely many, and few
-    enough for well-conditioned equations.
-    """
-    from scipy.interpolate import BSpline
-    from scipy.linalg import solveh_banded
-    from scipy.sparse import csr_array, diags_array
-
-    span = float(time[-1] - time[0])
-    cutoff = max(cutoff, _FEWEST_PERIODS / span)
-    # Where readings are far apart, knots between them are useless.
-    step = max(1 / (_KNOTS_PER_PERIOD * cutoff), span / (_KNOTS_PER_READING * len(time)))
-    # One more than needed, so that rounding leaves no reading outside.
-    pieces = int(span / step) + 1
-    # Time starts at zero: instants of an epoch have few digits left for their differences.
-    local = time - time[0]
-    knots = step * np.arange(-_DEGREE, pieces + _DEGREE + 1)
-    count = pieces + _DEGREE
-    basis = BSpline.design_matrix(local, knots, _DEGREE)
-    third = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=[0, 1, 2, 3], shape=(count - 3, count))
-    gram = diags_array(_SPLINE_PRODUCTS, offsets=[-2, -1, 0, 1, 2], shape=(count - 3, count - 3))
-    # The third derivative is a quadratic spline of the third differences over step^3.
-    rough = third.T @ (gram @ third) * (step ** (1 - 6) / (2 * math.pi * cutoff) ** 6)
-    weight = span / (len(time) - 1)
-    equations = csr_array(weight * (basis.T @ basis) + rough)
-    banded = np.zeros((_DEGREE + 1, count))
-    for k in range(_DEGREE + 1):
-        banded[_DEGREE - k, k:] = equations.diagonal(k)
-    # Relative to the first reading, so that a large constant causes no rounding in the derivatives.
-    origin = values[0]
-    coefficients = solveh_banded(banded, weight * (basis.T @ (values - origin)), check_finite=False)
-    return BSpline(knots + time[0], coefficients + origin, _DEGREE)
-
-
 def noise_of(
     readings: FloatArray, smooth: FloatArray, step: float, cutoffs: FloatArray, *, remaining: bool = False
 ) -> FloatArray:
@@ -234,6 +179,7 @@ def noise_of(
     H removes 1 - 7/18 w of the variance of white noise, and leaves 5/18 w, with w = 2 pi f_c dt. With
     `remaining`, the noise that remains in the smoothed readings.
     """
-    removed = np.square(readings - smooth).mean(axis=0)
+    blocks = chunks(len(readings), BLOCK_READINGS)
+    removed = sum(np.square(readings[at] - smooth[at]).sum(axis=0) for at in blocks) / len(readings)
     passing = 2 * math.pi * cutoffs * step
     return np.asarray(np.sqrt(removed / (1 - 7 / 18 * passing) * (5 / 18 * passing if remaining else 1.0)))

@@ -263,7 +263,8 @@ class Trajectory:
         time, q, qd, qdd = (x[points] for x in (self.time, self.q, self.qd, self.qdd))
         gaps = tuple(np.unique(np.searchsorted(points, self.gaps)).tolist()) if self.gaps else ()
         about, whole = (self.name, self.origin, self.derivatives_from), Whole(self.n_stated, self.fingerprint)
-        return Trajectory(time, q, qd, qdd, *about, gaps, whole=whole)
+        recording = None if self.recording is None else self.recording.at(points)
+        return Trajectory(time, q, qd, qdd, *about, gaps, recording, whole=whole)
 
     @cached_property
     def extreme_at(self) -> NDArray[np.intp]:

@@ -12,13 +12,19 @@ from gd_analyze.arrays import FloatArray, round_off_of
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.certification.tube import Tube
 from gd_analyze.diagnosis.log_verdict import LogVerdict
-from gd_analyze.dynamics.decomposition import arrays_on_demand, decomposition_coordinates, on_demand
+from gd_analyze.dynamics.decomposition import (
+    arrays_on_demand,
+    decompose_states,
+    decomposition_coordinates,
+    on_demand,
+)
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.smoothing import Recording
+from gd_analyze.motions.states import states_of
 from gd_analyze.motions.trajectory import Motion, Trajectory, Whole
 from gd_analyze.results.run_tables import joint_names
 from gd_analyze.robots.arm import RobotArm
@@ -163,19 +169,21 @@ def _motions_in(motions: xr.Dataset) -> tuple[Motion, ...]:
 
 
 def recording_table(
-    arm: RobotArm, trajectory: Trajectory, dataset: xr.Dataset, dominance: xr.Dataset
+    arm: RobotArm, motion: Trajectory, shown: Trajectory, dataset: xr.Dataset, dominance: xr.Dataset
 ) -> xr.Dataset:
-    """Tabulate the readings of a measured motion, and the effect of their noise on torques and ranking."""
-    recording = trajectory.recording
+    """Tabulate the readings of a measured motion, and the effect of their noise on torques and ranking.
+
+    Readings are those at the set points `shown`, as in `dataset`; effects are those along the whole motion.
+    """
+    recording = shown.recording
     assert recording is not None  # called for recordings only
-    count = dataset.sizes["time"]
-    points = np.unique(np.linspace(0, count - 1, min(count, _INERTIA_SET_POINTS)).round().astype(int))
-    inertia = np.asarray(dataset.inertia.isel(time=points).values.sum(axis=1))
+    states = states_of(motion).evenly(_INERTIA_SET_POINTS)
+    inertia = decompose_states(arm, states, christoffel=False, shares=False)["inertia"].sum(axis=1)
     sigma = recording.noise_qdd
-    drives = np.diag(arm.drive_inertia) if "drive_torque" in dataset else 0.0
+    drives = np.diag(dataset.attrs["drive_inertia"])
     torque_noise = np.sqrt(np.square((inertia + drives) * sigma).sum(axis=2).mean(axis=0))
-    noise = _of_elements(inertia, np.broadcast_to(sigma, (len(points), len(sigma))), dominance)
-    motion_torque = _of_elements(inertia, trajectory.qdd[points], dominance)
+    noise = _of_elements(inertia, np.broadcast_to(sigma, states.qdd.shape), dominance)
+    motion_torque = _of_elements(inertia, states.qdd, dominance)
     peak = dominance.torque_peak.values
     floor = np.asarray(dominance.attrs["floor"])[dominance.torque_joint.values - 1]
     return table(
@@ -193,7 +201,7 @@ def recording_table(
         },
         arm.is_revolute,
         {
-            **_over_time(trajectory),
+            **_over_time(shown),
             "element": dominance.element.values,
             "torque_unit": ("element", dominance.torque_unit.values),
             "column": np.array(_distinct([use.column for use in recording.columns]), dtype=str),

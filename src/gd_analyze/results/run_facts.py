@@ -317,9 +317,14 @@ def _long_notice(findings: Findings) -> str:
     if "christoffel" not in findings.decomposition:
         stored += "; h_ijk are not stored (--christoffel)"
     shown_count, whole_count = thousands(motion.n_set_points), thousands(motion.n_stated)
+    covering = "peaks, RMS values and the budget cover all"
+    if "recording" in findings.tables:
+        covering += ", as does the noise"
+    if "measured_torque" in findings.tables:
+        covering += "; so do the differences of measured torque and the verdict on the log"
     return (
         f"Curves show {shown_count} of {whole_count} set points, including the extremes of every quantity; "
-        f"peaks, RMS values and the budget cover all. {stored}."
+        f"{covering}. {stored}."
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gd_analyze.arrays import evenly
 from gd_analyze.certification.box import Box
 from gd_analyze.certification.certificate import certify
@@ -79,9 +81,13 @@ def _tables(
     if models.stops:
         tables["stops"] = stops_table(models.stops, models.places, arm)
     if trajectory.recording is not None and trajectory.recording.measured:
-        tables["recording"] = motion_tables.recording_table(arm, trajectory, dataset, dominance)
+        tables["recording"] = motion_tables.recording_table(
+            arm, inputs.trajectory, trajectory, dataset, dominance
+        )
     if dynamics.measured_torque is not None:
-        tables["measured_torque"] = dynamics.measured_torque
+        compared_at = dynamics.measured_torque.time.values
+        shown = np.searchsorted(compared_at, trajectory.time)
+        tables["measured_torque"] = dynamics.measured_torque.isel(time=shown)
     if dynamics.diagnosis is not None:
         tables["diagnosis"] = dynamics.diagnosis
     if trajectory.motions:

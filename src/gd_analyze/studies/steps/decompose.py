@@ -55,8 +55,8 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     warn_of_torques(exact)
     measured_torque = diagnosis = None
     if has_torques(motion):
-        comparison = compared(arm, motion, np.asarray(dataset.torque.values))
         verdict = log_verdict(arm, [motion])
+        comparison = compared(arm, motion, points.torque)
         measured_torque = measured_torque_table(
             comparison, motion, verdict, fit_friction=inputs.settings.fit_friction
         )

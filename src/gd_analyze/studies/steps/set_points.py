@@ -6,7 +6,7 @@ what tables show.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -20,9 +20,12 @@ from gd_analyze.dynamics.decomposition import (
     decompose,
     decompose_on_demand,
     decompose_states,
+    torque_of,
 )
 from gd_analyze.dynamics.dominance import Extremes, elements
-from gd_analyze.motions.states import States
+from gd_analyze.figures.joints import most_accelerated
+from gd_analyze.motions.measured import filtered_torque
+from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
@@ -47,6 +50,8 @@ EVENLY_SEARCHED = 400
 _SHOWN_PARTS = 12
 # Least set points of a long motion in tables and figures, several for each column of pixels in a figure.
 _LEAST_SHOWN = 1500
+# Most set points of an enlarged part of it that are shown.
+_ENLARGED_SHOWN = 120
 # Most set points whose decomposition is stored by default, 150 MB for six joints: evaluating one again takes
 # less time than writing it.
 MOST_STORED = 2**17
@@ -59,7 +64,7 @@ Points = NDArray[np.intp]
 def set_points_of(inputs: RunInputs, progress: Progress) -> KeptMotion | LongMotion:
     """Decompose a motion: all of it, or a long one block by block."""
     motion = inputs.trajectory
-    if motion.n_set_points > MOST_KEPT and not motion.motions and motion.recording is None:
+    if motion.n_set_points > MOST_KEPT and not motion.motions:
         return LongMotion.of(inputs, progress)
     dataset = decompose_on_demand(inputs.arm, motion, **inputs.stored_parts, progress=progress)
     return KeptMotion(inputs, dataset)
@@ -72,6 +77,11 @@ class KeptMotion:
     inputs: RunInputs
     dataset: xr.Dataset
     extremes: Extremes | None = None  # of the elements; None where the dataset has them
+
+    @property
+    def torque(self) -> FloatArray:
+        """Exact torque at every set point, N m, shape (N, n)."""
+        return np.asarray(self.dataset.torque.values)
 
     @property
     def everywhere(self) -> tuple[Check, ...]:
@@ -102,7 +112,9 @@ class LongMotion:
     """A motion of more set points than are kept, and the set points that represent it.
 
     The set points of `dataset` include the extremes over the whole motion of positions, velocities,
-    accelerations, torques, elements of D, h and c, their parts, and the torque of each.
+    accelerations, torques, elements of D, h and c, their parts, and the torque of each. Those of
+    `represented_by` also include, by part of the motion, where readings differ most from the smoothed motion
+    and from the exact torque.
     """
 
     inputs: RunInputs
@@ -120,6 +132,11 @@ class LongMotion:
         """The whole motion."""
         return self.inputs.trajectory
 
+    @property
+    def torque(self) -> FloatArray:
+        """Exact torque at every set point, N m, shape (N, n); evaluated on access."""
+        return torque_of(self.arm, states_of(self.motion), drives=self.inputs.settings.drives)
+
     @classmethod
     def of(cls, inputs: RunInputs, progress: Progress) -> LongMotion:
         """Decompose the motion once, and note its extremes."""
@@ -135,22 +152,25 @@ class LongMotion:
                 arm, states, christoffel=False, shares=False, drives=drives, written=True
             )
             extremes.add(block)
-            rows = np.hstack([block[kind] for kind in (*_KINDS, "torque")]).T
+            of_motion = [block[kind] for kind in (*_KINDS, "torque")]
+            rows = np.hstack([*of_motion, *_of_readings(motion, chunk, block)]).T
             at = np.stack([rows.argmin(axis=1), rows.argmax(axis=1)])
             values.append(np.take_along_axis(rows, at.T, axis=1).T)
             places.append(chunk.start + at)
             progress.advance(len(states))
         value, place = np.array(values), np.array(places)
-        parts = np.array_split(np.arange(len(value)), min(_SHOWN_PARTS, len(value)))
+        everywhere, n_of_motion = np.arange(len(value)), 4 * arm.n_joints
+        parts = np.array_split(everywhere, min(_SHOWN_PARTS, len(value)))
         points = (
             evenly(motion.n_set_points, EVENLY_SEARCHED),
-            *_reached(value, place, [np.arange(len(value))]),
+            *_reached(value[..., :n_of_motion], place[..., :n_of_motion], [everywhere]),
         )
         searched = np.unique(np.concatenate([*points, extremes.reached.ravel()]))
         shown = np.unique(np.concatenate([searched, *_reached(value, place, parts)]))
         evenly_spaced = evenly(motion.n_set_points, max(_LEAST_SHOWN - len(shown), 2))
         dataset = decompose(arm, motion.at(searched), drives=drives, christoffel=False)
-        return cls(inputs, dataset, extremes, np.union1d(shown, evenly_spaced))
+        represented_by = np.unique(np.concatenate([shown, evenly_spaced, *_enlarged(motion)]))
+        return cls(inputs, dataset, extremes, represented_by)
 
     @cached_property
     def round_off(self) -> float:
@@ -257,6 +277,24 @@ class LongMotion:
         if not is_stored:
             return None
         return every_set_point_table(self.arm, self.motion, model, **self.inputs.stored_parts)
+
+
+def _of_readings(motion: Trajectory, chunk: slice, block: Mapping[str, FloatArray]) -> Iterator[FloatArray]:
+    """What readings say beyond the motion, (N, n) each: their noise, and torques beside the exact ones."""
+    recording = motion.recording
+    if recording is not None and recording.measured:
+        yield recording.q[chunk] - block["q"]
+    if recording is not None and recording.torque is not None:
+        for torque in (recording.torque, filtered_torque(motion)):
+            yield np.nan_to_num(torque[chunk] - block["torque"])
+
+
+def _enlarged(motion: Trajectory) -> list[Points]:
+    """Set points, by joint, of the enlarged parts in the figure of readings; none of a plan."""
+    if motion.recording is None or not motion.recording.measured:
+        return []
+    parts = [most_accelerated(motion, joint) for joint in range(motion.n_joints)]
+    return [part[evenly(len(part), _ENLARGED_SHOWN)] for part in parts]
 
 
 def _reached(values: NDArray[np.float64], places: Points, groups: Sequence[Points]) -> list[Points]:
