@@ -32,7 +32,10 @@ ENVIRONMENT = {key: value for key, value in os.environ.items() if key != "PYTHON
 
 
 class Taken(NamedTuple):
-    """Seconds on the clock and of processors, those of the system included, and MB that a process takes."""
+    """Seconds on the clock and of processors, those of the system included, and MB that a process takes.
+
+    Memory is at least that of the process that runs the benchmarks.
+    """
 
     clock: float
     processor: float

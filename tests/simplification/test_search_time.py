@@ -15,7 +15,8 @@ from gd_analyze.cli import options
 from gd_analyze.errors import UsageError
 from gd_analyze.simplification import simplify
 from gd_analyze.simplification.harmonic import TERM
-from gd_analyze.simplification.search import SEARCH_SECONDS, SearchOptions, SearchTime
+from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 from gd_analyze.types import Budget, ExactDynamics
 
 
@@ -44,7 +45,7 @@ def calls_of(monkeypatch: pytest.MonkeyPatch, module: Any, name: str) -> list[An
 
 def test_time_is_that_of_the_processor(monkeypatch):
     clock = [5.0]
-    monkeypatch.setattr("gd_analyze.simplification.search.time.process_time", lambda: clock[0])
+    monkeypatch.setattr("gd_analyze.simplification.search_time.time.process_time", lambda: clock[0])
     time = SearchTime(4.0)
     for clock[0], share in ((5.0, 0.0), (6.0, 0.25), (9.0, 1.0), (13.0, 2.0)):
         assert (time.share_spent, time.is_over) == (share, share >= 1.0)

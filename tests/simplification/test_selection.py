@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gd_analyze.simplification.effects import Effects
+from gd_analyze.simplification.search_time import SearchTime
 from gd_analyze.simplification.selection import (
     Selection,
     TermChoice,
@@ -128,3 +129,10 @@ def test_more_effort_costs_no_more():
         descend(start, stays)
         costs = [improve(start.copy(), stays, effort=effort)[0].cost for effort in (0.01, 1.0)]
         assert costs[1] <= costs[0] <= start.cost
+
+
+def test_when_a_search_closes_there_are_no_attempts(monkeypatch):
+    monkeypatch.setattr(SearchTime, "is_closing", True)
+    choice = drawn(0)
+    start = Selection(choice, np.ones(len(choice), dtype=bool))
+    assert improve(start, np.zeros(len(choice), dtype=bool), SearchTime(1.0)) == [start]

@@ -83,7 +83,8 @@ def simplify(
         from gd_analyze.results.simplified_result import simplified_result
         from gd_analyze.simplification.levels import level_named
         from gd_analyze.simplification.model_file import replaces_model
-        from gd_analyze.simplification.search import SearchOptions, SearchTime
+        from gd_analyze.simplification.search import SearchOptions
+        from gd_analyze.simplification.search_time import SearchTime
         from gd_analyze.studies.simplifying import require_consistent, search_model
 
         replaces = out is not None and replaces_model(out)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import numbers
-import time
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -22,6 +21,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.inertia_error import InertiaTerms
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.levels import level_named
+from gd_analyze.simplification.search_time import UNLIMITED, SearchTime
 from gd_analyze.simplification.selection import (
     Selection,
     descend,
@@ -38,31 +38,6 @@ _MOST_DIRECTIONS = 40  # most directions at every position in which D is limited
 _CONTINUED_SHARE = 0.25  # attempts after a direction is added, as a share of the usual
 # Number of directions after which there are no attempts: descents alone end sooner.
 _DIRECTIONS_WITH_ATTEMPTS = 12
-
-
-class SearchTime:
-    """Processor time, s, that searches may take together from now on."""
-
-    def __init__(self, seconds: float = math.inf) -> None:
-        require_type(seconds, (float, int), "seconds", "processor time, s")
-        if not seconds > 0.0:
-            raise UsageError("no time to search", where="seconds", expected="above 0", found=f"{seconds:g}")
-        self.seconds = seconds
-        self._start = time.process_time()
-
-    @property
-    def share_spent(self) -> float:
-        """Time spent over that allowed."""
-        return (time.process_time() - self._start) / self.seconds
-
-    @property
-    def is_over(self) -> bool:
-        """Whether nothing is left."""
-        return self.share_spent >= 1.0
-
-
-UNLIMITED = SearchTime()
-SEARCH_SECONDS = 30.0  # processor time of all searches of a job
 
 
 @dataclass(frozen=True)
@@ -120,10 +95,12 @@ def selected_terms(
     if usable is not None:
         candidates, selection = usable
     if options.thorough:
-        selection = _cheapest(candidates, improve(selection, candidates.stays, effort=options.effort))
+        selection = _cheapest(
+            candidates, improve(selection, candidates.stays, options.time, effort=options.effort)
+        )
         if usable is not None:
             shorter = _CONTINUED_SHARE * options.effort
-            improved = _with_usable_inertia(candidates, selection, inertia, exact, improving=shorter)
+            improved = _with_usable_inertia(candidates, selection, inertia, exact, options.time, shorter)
             # Attempts that leave no usable D are of no use where there was one.
             candidates, selection = improved or usable
         steps.append(SearchStep("search", _operations(candidates, selection)))
@@ -148,6 +125,7 @@ def _with_usable_inertia(
     selection: Selection,
     inertia: tuple[InertiaTerms, NDArray[np.intp]],
     exact: ExactDynamics,
+    time: SearchTime = UNLIMITED,
     improving: float = 0.0,
 ) -> tuple[Candidates, Selection] | None:
     """Select anew until gamma is below 1 at every state; None if that fails within the budget.
@@ -166,7 +144,7 @@ def _with_usable_inertia(
         repair(selection)
         descend(selection, candidates.stays)
         if improving and turn < _DIRECTIONS_WITH_ATTEMPTS:
-            selection = _cheapest(candidates, improve(selection, candidates.stays, effort=improving))
+            selection = _cheapest(candidates, improve(selection, candidates.stays, time, effort=improving))
     return None
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.simplification.effects import Effects, Mask
+from gd_analyze.simplification.search_time import UNLIMITED, SearchTime
 
 # Operations by the set of terms, by index, that need them.
 Costs = Mapping[frozenset[int], int]
@@ -192,7 +193,7 @@ def _if_dropped(selection: Selection, terms: Mask) -> tuple[FloatArray, FloatArr
     largest_square = np.zeros(effects.count)
     np.maximum.at(largest_square, term, squares)
     current = _fourth_power(selection.error**2).sum(axis=1)
-    rise = np.bincount(term, powers - current[joint], minlength=effects.count)
+    rise = np.bincount(term, powers - current[joint], minlength=effects.count).astype(float)
     return largest_square, rise
 
 
@@ -220,7 +221,9 @@ def repair(selection: Selection, *, limit: float = 1.0) -> None:
         selection.put_back(term)
 
 
-def improve(selection: Selection, stays: Mask, *, effort: float = 1.0, seed: int = 0) -> list[Selection]:
+def improve(
+    selection: Selection, stays: Mask, time: SearchTime = UNLIMITED, *, effort: float = 1.0, seed: int = 0
+) -> list[Selection]:
     """Put some terms back and drop others, again and again; return the cheapest distinct selections.
 
     The cheapest by estimate comes first. With more effort there are more attempts.
@@ -230,7 +233,7 @@ def improve(selection: Selection, stays: Mask, *, effort: float = 1.0, seed: int
     best = {selection.selected.tobytes(): selection}
     cheapest, waited = selection.cost, 0
     for _ in range(tries):
-        if waited >= patience:
+        if waited >= patience or time.is_closing:
             break
         waited += 1
         trial = selection.copy()

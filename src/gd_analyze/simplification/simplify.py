@@ -17,7 +17,8 @@ from gd_analyze.simplification.candidates import require_few_terms
 from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
-from gd_analyze.simplification.search import SearchOptions, SearchTime, selected_terms
+from gd_analyze.simplification.search import SearchOptions, selected_terms
+from gd_analyze.simplification.search_time import SearchTime
 from gd_analyze.simplification.torque_program import COUNTING
 
 # States that represent very many in a search, which evaluates each thousands of times.
@@ -29,8 +30,6 @@ _SEARCHED_SHARE = 1.0 - 1e-6
 # Times that an excess may be found in a region, after those of its patience, before the budget of an
 # exceeding joint shrinks by a power of the excess; until then it shrinks slightly.
 _SLIGHT_TIMES, _SLIGHT_SHARE, _SHRINK_POWER = 4, 0.96, 0.5
-# Share of a search's time after which it closes: no attempts, and budgets shrink by the whole excess.
-_CLOSING_SHARE = 0.6
 # Ratio of a draft's operations to the exact ones above which no more is searched: the final program takes a
 # fifth fewer at most, and more states only add terms.
 _HOPELESS_RATIO = 1.25
@@ -102,7 +101,7 @@ def until_it_holds(
     for turn in range(MOST_ROUNDS):
         if options.time.is_over:
             break
-        is_closing = options.time.share_spent > _CLOSING_SHARE
+        is_closing = options.time.is_closing
         effort = options.effort * (_CONTINUED_EFFORT if turn else 1.0)
         round_options = replace(options, effort=effort, thorough=options.thorough and not is_closing)
         search = selected_terms(sample, share * allowed, round_options, start)
@@ -135,7 +134,7 @@ def until_it_holds(
             elif times >= patience:
                 share = np.where(exceeds, np.minimum(share, _SLIGHT_SHARE), share)
             times += 1
-    return Searched(everything, sample, options.time.share_spent > _CLOSING_SHARE)
+    return Searched(everything, sample, options.time.is_closing)
 
 
 def _first_excess(model: SimplifiedModel, turn: int, checks: Sequence[Check]) -> Excess | None:

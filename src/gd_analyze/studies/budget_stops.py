@@ -78,12 +78,10 @@ def wider_stop(
     """Search the smallest larger budget that may have a readable model; None if it has none."""
     least = exact.under(budget).allowed(budget)
     for wider in map(Budget.parse, _WIDER):
-        dynamics = exact.under(wider)
-        allowed = dynamics.allowed(wider)
-        beyond = terms_beyond(dynamics, level, allowed)
-        if (allowed >= least).all() and beyond <= _LIKELY_SHARE * READABLE:
-            stop = Stop(wider, search(wider), beyond)
-            return stop if stop.is_readable else None
+        if (exact.under(wider).allowed(wider) >= least).all():
+            stop = stop_at(exact, level, wider, search, _LIKELY_SHARE * READABLE)
+            if stop.held is not None:
+                return stop if stop.is_readable else None
     return None
 
 

@@ -19,7 +19,7 @@ from gd_analyze.simplification.element import require_no_budget, require_verdict
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
-from gd_analyze.simplification.search import SEARCH_SECONDS, SearchTime
+from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,7 +30,8 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, with_gamma
-from gd_analyze.simplification.search import SEARCH_SECONDS, SearchOptions, SearchTime
+from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 from gd_analyze.simplification.simplify import Check, simplify_exact
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread

@@ -20,7 +20,8 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.levels import level_named
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma
-from gd_analyze.simplification.search import SearchOptions, SearchTime
+from gd_analyze.simplification.search import SearchOptions
+from gd_analyze.simplification.search_time import SearchTime
 from gd_analyze.simplification.simplify import Check
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
