@@ -41,6 +41,6 @@ def test_what_is_too_long_to_search_or_to_read_is_not_advised(exact, monkeypatch
         return Held(simplify_exact(exact, budget))
 
     monkeypatch.setattr(budget_stops, "READABLE", 3)
-    monkeypatch.setattr(budget_stops, "_LIKELY_SHARE", 20.0)
+    monkeypatch.setattr(budget_stops, "_LIKELY_SHARE", 100.0)
     assert wider_stop(exact, TERM, Budget.parse("1%"), search) is None
     assert asked == ["2%", "5%"]
