@@ -10,6 +10,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import trade_off
 from gd_analyze.certification.holding import simplify_held
+from gd_analyze.results.model_facts import headline
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
@@ -30,8 +31,12 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     exact = ExactDynamics.of(two_link, swing)
     models = [gd.simplify(two_link, swing, level=level) for level in LEVELS]
     certified, _ = simplify_held(exact, gd.types.Budget.parse("5%"), Box.of(two_link), certified=True)[:2]
-    told = [model.operations_full for model in (findings.model, findings.element_model, *models, certified)]
+    told = [model.operations_full for model in (findings.model, *models, certified) if model.has_terms]
     assert set(told) == {full}
+    # Of parts it is at most what is told, and no saving is stated.
+    of_parts = [model for model in (findings.element_model, *models) if not model.has_terms]
+    assert all(model.operations_full.total >= full.total and not model.saves for model in of_parts)
+    assert all("exact at most" in headline(model) for model in of_parts)
     assert comparison(two_link).values()["operations_full"] == asdict(full)
     points = trade_off(exact, factors=(1e-6,), levels=(TERM,))
     assert [point.operations for point in points] == [full]

@@ -15,6 +15,7 @@ from gd_analyze import read_log, read_trajectory
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.names import column_name
+from gd_analyze.motions.vocabulary import meanings_of
 from log_arms import UR, arm_of, log_of
 from remedies import remedies, typed
 
@@ -38,6 +39,7 @@ def log_with(names, more=()):
 @example("temp", PLACES[1], "ur")
 @example("volt", PLACES[2], "panda")
 @example("pwm", PLACES[3], "ur")
+@example("robot", PLACES[5], "kuka")
 @given(
     st.text(string.ascii_lowercase, min_size=3, max_size=7),
     st.sampled_from(PLACES),
@@ -47,8 +49,9 @@ def test_an_unknown_word_beside_a_joint_is_no_position(tmp_path_factory, word, p
     """Alone it is refused, and what the refusal prints reads it; beside positions it is left out."""
     arm, path = arm_of(*ARMS[kind]), tmp_path_factory.mktemp("unknown") / "log.csv"
     names = [place.format(word=word, k=k + 1, name=name) for k, name in enumerate(ARMS[kind])]
-    if any(column_name(name, JointNames({})).role != "other" for name in names if "/" not in name):
-        return  # a word that is known, such as "pos"
+    is_of_motion = any(column_name(name, JointNames({})).role != "other" for name in names if "/" not in name)
+    if is_of_motion or meanings_of((word,)):
+        return  # a word that is known, such as "pos" or "robot"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         path.write_text(log_with(names, ["AIPos.A1", "AIPos.A2", "AIPos.A3"]))

@@ -106,7 +106,7 @@ def operation_facts(model: SimplifiedModel) -> tuple[AnyFact, ...]:
             "operations",
             "Torque, operations",
             counts_by_kind(simplified),
-            text=f"{simplified} instead of {full.pair}",
+            text=f"{simplified}{_beside_exact(model)}{full.pair}",
         ),
         Value("operations_full", counts_by_kind(full)),
         Value("nanoseconds", model.operations.nanoseconds),
@@ -126,7 +126,12 @@ def apart_text(model: SimplifiedModel) -> str:
         counts = [program.count.total for program in functions]
         angles = functions.operations.sines_cosines
         sums.append(f"{' + '.join(map(str, counts))} = {sum(counts)}, {angles} sin and cos")
-    return " instead of ".join(sums)
+    return _beside_exact(model).join(sums)
+
+
+def _beside_exact(model: SimplifiedModel) -> str:
+    """How the exact operations are introduced: of few parts, they are those that need no search."""
+    return ", exact at most " if model.is_of_some_parts else " instead of "
 
 
 def gamma_fact(model: SimplifiedModel) -> Fact | Value:
@@ -257,7 +262,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
             f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
             f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
-    costs = f"{model.operations.in_words} instead of {full.pair}"
+    costs = f"{model.operations.in_words}{_beside_exact(model)}{full.pair}"
     if model.level is TERM:
         apart, exact = model.functions.operations, model.form.functions.operations
         functions = f"D, h and c in {apart.in_words} instead of {exact.pair}"

@@ -123,9 +123,9 @@ class SimplifiedModel:
 
     @property
     def operations_full(self) -> OperationCount:
-        """Operations of the exact torque: the cheapest known if a saving is stated against it.
+        """Operations of the cheapest exact torque known; beside a model of some parts a bound of them.
 
-        Few models of parts save any, which the exact program at hand shows without a search.
+        Such a model seldom saves any, which the exact program at hand shows without a search.
         """
         if self.is_of_some_parts:
             at_hand = self.form.program_at_hand.count
@@ -135,7 +135,7 @@ class SimplifiedModel:
 
     @property
     def functions_full(self) -> Functions:
-        """Exact D, h and c: the cheapest known if a saving may be stated against them."""
+        """Exact D, h and c in the fewest operations known; for some parts, those at hand."""
         return self.form.functions_at_hand if self.is_of_some_parts else self.form.functions
 
     @property
