@@ -130,7 +130,9 @@ def test_failures_of_the_program_and_the_machine(run, motion, monkeypatch, failu
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, which stands for a full disk")
-def test_a_full_disk_behind_standard_output(process):
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_full_disk_behind_standard_output(process, monkeypatch, unbuffered):
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
     with Path("/dev/full").open("w") as full:
         done = process("arms", stdout=full)
     assert done.code == 1

@@ -47,7 +47,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if arguments is None and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing is left to clean up
     if code != DONE:
+        _empty_output()
         sys.exit(code)
+
+
+def _empty_output() -> None:
+    """Drop what standard output refuses: Python would try again on leaving, and end with a code of its own."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _code_of_signal(error: BaseException | None) -> int | None:
