@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _empty_output() -> None:
-    """Drop what standard output refuses: Python would try again on leaving, and end with a code of its own."""
+    """Drop what standard output refuses: Python would try again on leaving, and end with its own code."""
     try:
         sys.stdout.flush()
     except OSError:
