@@ -59,8 +59,9 @@ class Output:
         """
         written = [path for path in files if path is not None]
         if self.as_json:
-            ends = {"warnings": self.warnings, "files": list(map(str, written))}
-            ends |= {"next": next_command} if next_command else {}
+            ends: dict[str, Any] = {"warnings": self.warnings, "files": list(map(str, written))}
+            if next_command:
+                ends["next"] = next_command
             # In ASCII and without the NaN and Infinity that JSON does not know.
             click.echo(json.dumps(result.values() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
