@@ -200,6 +200,8 @@ def test_refusals(case, refused):
         ("# Sampling frequency [Hz] = 62.5\n", "log.csv", "--map time=62.5Hz"),
         ("# sample_rate_hz: 1000\n# 1 kHz\n", "log.csv", "--map time=1000Hz"),
         ("", "swing_125Hz.csv", "--map time=125Hz"),
+        ("", "sine_2Hz_at_125Hz.csv", "--map time=125Hz"),
+        ("# sampling rate: 5 Hz\n", "sine_2Hz.csv", "--map time=5Hz"),
         # Of two rates, of other frequencies, and of numbers that are none nothing is taken.
         ("# 250 Hz\n", "swing_125Hz.csv", "--map time=RATEHz"),
         ("# 250 Hz, low-pass at 20 Hz\n", "log.csv", "--map time=RATEHz"),

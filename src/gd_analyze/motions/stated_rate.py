@@ -11,13 +11,14 @@ from gd_analyze.motions.reading import rate_in
 from gd_analyze.motions.table import LogTable
 from gd_analyze.text import shortened
 
-# "250 Hz", "0.5kHz"; "fs=100", "sampling_rate_hz: 500", "Frequency [Hz] = 125".
-_WITH_UNIT = r"(?<![0-9.,])([0-9]+(?:\.[0-9]+)?)[ _]?(k?hz)(?![a-z])"
-_WITH_NAME = (
-    r"(?<![a-z])(?:[a-z]*[ _-]?(?:rate|freq|frequency)|f_?s)(?:[ _]?[\[(]?hz[\])]?)?"
-    r"\s*[:=]\s*([0-9]+(?:\.[0-9]+)?)(?![0-9.a-z]|\s*k?hz)"
+# "fs=100", "sampling_rate_hz: 500", "Frequency [Hz] = 62.5", "rate: 5 Hz"; or "250 Hz" alone.
+_NAME = r"(?<![a-z])(?:[a-z]*[ _-]?(?:rate|freq|frequency)|f_?s)(?:[ _]?[\[(]?hz[\])]?)?"
+_NUMBER, _UNIT = r"([0-9]+(?:\.[0-9]+)?)", r"(k?hz)"
+_RATE = re.compile(
+    rf"(?i){_NAME}\s*[:=]\s*{_NUMBER}\s*{_UNIT}?(?![0-9.a-z])|(?<![0-9.,]){_NUMBER}[ _]?{_UNIT}(?![a-z])"
 )
-_RATE = re.compile(rf"(?i){_WITH_UNIT}|{_WITH_NAME}")
+# Slower frequencies without a name may be the motion's, as in sine_2Hz.csv.
+_FASTEST_MOTION_HERTZ = 10.0
 _LONGEST_QUOTED = 60
 # A text with one of these words may state another frequency.
 _OF_OTHERS = re.compile(r"(?i)cut|filter|pass|(?<![a-z])lp|bandwidth|baud|noise")
@@ -30,8 +31,8 @@ def stated_rate(table: LogTable) -> tuple[str, str]:
     for text in texts:
         for match in () if _OF_OTHERS.search(text) else _RATE.finditer(text):
             with suppress(TrajectoryError):  # no motion is sampled so
-                rate = rate_in(f"{match[1] or match[3]}{match[2] or 'Hz'}")
-                if rate is not None:
+                rate = rate_in(f"{match[1] or match[3]}{match[2] or match[4] or 'Hz'}")
+                if rate is not None and (match[1] or rate > _FASTEST_MOTION_HERTZ):
                     rates.setdefault(rate, text)
     if len(rates) != 1:
         return "RATEHz", ""
