@@ -8,9 +8,10 @@ from dataclasses import replace
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.column_units import unit_in_words, units_of
 from gd_analyze.motions.families import Family, families_of
+from gd_analyze.motions.fewer_joints import ways_to_hold
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
-from gd_analyze.motions.names import TIMED, are_of_set_points
+from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import MotionRole, refusal
 from gd_analyze.robots.catalogue import options_to_hold
 from gd_analyze.text import in_python
@@ -52,37 +53,11 @@ def _candidates(log: NamedLog, role: str, columns: Iterable[int]) -> list[str]:
     return [_said_of(role, family, log) for family in complete[:_MOST_CANDIDATES]]
 
 
-def _ways_to_hold(log: NamedLog, columns: Mapping[int, Sequence[int]]) -> list[str]:
-    """Options that hold the joints without columns, each behind what must be true of them.
-
-    Where the log only counts its joints, those without columns may also be the ones that slide.
-    """
-    arm, all_joints = log.arm, range(log.arm.n_joints)
-    lacking = [joint for joint in all_joints if joint not in columns]
-    sliding = [joint for joint in all_joints if not arm.is_revolute[joint]]
-    names = [log.names[column] for of_joint in columns.values() for column in of_joint]
-    numbers = {
-        k: name.number for k, name in enumerate(names) if name.joint is None and name.number is not None
-    }
-    in_order = are_of_set_points(log.table.names)
-    counts = len(numbers) == len(names) and (in_order or log.joints.label is None)
-    choices = [sliding, lacking] if counts and len(sliding) == len(lacking) else [lacking]
-    ways = dict[str, str]()
-    for held in choices:
-        # The log's numbers must be those of the joints that still move.
-        moving = [arm.joints[joint].name for joint in all_joints if joint not in held]
-        counted = JointNames.of([str(k + 1) for k in range(len(moving))] if in_order else moving)
-        if None not in counted.numbered(numbers).values() and (option := options_to_hold(arm, held)):
-            listed = ", ".join(arm.joints[joint].name for joint in held)
-            ways[option] = f"{listed} {'rest' if len(held) > 1 else 'rests'} at 0: "
-    return [f"{condition}{option}" for option, condition in ways.items()]
-
-
 def _of_fewer_joints(log: NamedLog) -> str:
     """What to do if unknown columns are the positions of most joints, but not of all; "" if they are not."""
     for family in _single(log, _unknown(log)):
         if 2 * len(family.columns) > log.arm.n_joints > len(family.columns):
-            for way in _ways_to_hold(log, family.columns):
+            for way in ways_to_hold(log, family.columns):
                 return f"if these are positions, and {way} {_options([_said_of('q', family, log)])}"
     return ""
 
@@ -166,7 +141,7 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     expected = f"{_PLURAL[role]} of all joints: {', '.join(names)}"
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
     step = f"--map '{role}:{lacking[0]}=COLUMN' names a column, or choose the log's arm"
-    ways = _ways_to_hold(log, columns) if role == "q" else []
+    ways = ways_to_hold(log, columns) if role == "q" else []
     step = "; ".join([*(f"if {way}" for way in ways), step])
     every = sorted((*used, *(() if nearest is None else nearest.extra)))
     if len(every) == arm.n_joints and len(used) == len(columns):
