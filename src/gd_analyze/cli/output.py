@@ -75,8 +75,7 @@ class Output:
                 where = str(folder).replace(" ", "\u00a0")
                 names = ", ".join(path.name for path in written)
                 click.echo("\n".join(wrapped(f"wrote {where}: {names}", width(), "  ")))
-                return
-            for path in written:
+            for path in () if folder is not None else written:
                 remark = f", which replaces {replaced}" if replaced else ""
                 click.echo(visible(f"wrote {path}{remark}"))
             if next_command:
