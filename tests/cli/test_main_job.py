@@ -224,12 +224,12 @@ def test_the_next_command_mends_what_the_log_contradicts(run, here):
 def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_for(two_link, swing):
     torque = gd.decompose(two_link, swing).torque.values
     log = with_torques(swing, -torque)
-    with pytest.warns(gd.GdAnalyzeWarning, match="All torques are reversed"):
+    with pytest.warns(gd.GdAnalyzeWarning, match="all torques are reversed"):
         found, asked = gd.analyze(two_link, log), gd.analyze(two_link, log, budget="20%")
     assert found.is_contradicted
     assert found.model.is_exact
     headline = main_result(found, JSON).values()["headline"]
-    assert headline.startswith("The file does not fit this log. No model is offered of a file that the log ")
+    assert headline.startswith("The file does not fit this log: all torques are reversed. No model is ")
     assert "`--budget 1%` searches one" in headline
     assert not asked.is_contradicted
     assert asked.model.saves

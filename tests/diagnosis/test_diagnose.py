@@ -225,7 +225,7 @@ def test_the_verdict_on_a_log(good, two_link):
     openings = {
         "agrees": "The file describes this robot: with friction",
         "agrees in part": "The file ",
-        "does not agree": "The file does not fit this log.",
+        "does not agree": "The file does not fit this log: all torques are reversed.",
         "tells nothing": "The log does not tell whether the file describes this robot:",
     }
     for word, logged in (

@@ -158,7 +158,7 @@ def test_a_gain_that_drifts_is_doubted(two_link, readings, growth, joints):
         identification = quietly(two_link, time, q, gain * torque)
     except UsageError as error:
         whose = "all torques" if len(joints) == 2 else f"joint {joints[0] + 1}'s torque"
-        if f"The gain of {whose}" not in error.what:  # clear enough for a diagnosis
+        if f"the gain of {whose}" not in error.what:  # clear enough for a diagnosis
             raise
         return
     (doubt,) = [text for text in identification.doubts if "gain" in text]

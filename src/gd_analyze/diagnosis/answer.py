@@ -100,10 +100,12 @@ def opening(diagnosis: Diagnosis) -> str:
     if word == "tells nothing":
         return f"{TELLS_NOTHING}: {_FRICTION_ALONE}" if diagnosis.problem.moving else f"{TELLS_NOTHING}."
     compared = np.flatnonzero(np.isfinite(fit.residuals)).tolist()
-    if diagnosis.causes and not is_unexplained(diagnosis.before):
-        number = "one thing" if len(diagnosis.causes) == 1 else "two things"
-        return f"The file describes this robot but for {number}."
-    if diagnosis.causes or not compared:
+    if diagnosis.causes:
+        what, *further = [_begun(cause.what) for cause in diagnosis.causes]
+        things = f": {what}." if not further else f" for two reasons: {what}, and {further[0]}."
+        fits = "does not fit this log" if is_unexplained(diagnosis.before) else "nearly fits this log"
+        return f"The file {fits}{things}"
+    if not compared:
         return "The file does not fit this log."
     poor = _poor(diagnosis)
     if not poor:
@@ -132,12 +134,16 @@ def is_for_identification(diagnosis: Diagnosis) -> bool:
 def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
     """That file, friction and drives fit, with masses off by some share."""
     fit, n = diagnosis.after, diagnosis.arm.n_joints
-    fitted = "friction and drive inertia" if fit.joint_numbers[compared, 0].any() else "friction"
+    fitted = ["friction"]
+    if fit.joint_numbers[compared, 0].any():
+        fitted.append("drive inertia")
     if fit.off >= _RIGHT_TORQUE_SHARE:
-        fitted += f", and masses off by some {percent(fit.off)},"
+        fitted.append(f"masses (off by some {percent(fit.off)})")
+    *first, last = fitted
+    with_fitted = f"{', '.join(first)} and {last}" if first else last
     is_of_all = not any(fault.is_of_column for fault in diagnosis.faults)
     subject = "describes this robot" if is_of_all else f"fits {named_joints([i + 1 for i in compared], n)}"
-    text = f"The file {subject}: with {fitted} fitted, {_left(diagnosis, compared)}."
+    text = f"The file {subject}: with {with_fitted} fitted, {_left(diagnosis, compared)}."
     best = diagnosis.ranking[0] if diagnosis.ranking else None
     if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
         text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
@@ -155,13 +161,10 @@ def _left(diagnosis: Diagnosis, joints: Sequence[int]) -> str:
 
 
 def _of_causes(diagnosis: Diagnosis) -> str:
-    causes = diagnosis.causes
-    what = causes[0].what
-    if len(causes) > 1:
-        what = f"Two things are wrong: {_begun(what)}, and {_begun(causes[1].what)}"
+    """What remains with the causes mended, and how they are."""
     after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
-    text = f"{what}: {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
-    unsure = [cause.unsure for cause in causes if cause.unsure]
+    text = f"Mended, {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
+    unsure = [cause.unsure for cause in diagnosis.causes if cause.unsure]
     return text + "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
 
 
