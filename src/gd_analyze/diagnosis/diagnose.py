@@ -112,7 +112,7 @@ def diagnose(
     arm
         The arm; or a shipped name, or the path of a file.
     logs
-        Recordings with torques; or paths of files.
+        Recordings with torques; or paths of files, or a folder of them.
 
     Returns
     -------

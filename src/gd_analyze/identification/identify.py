@@ -84,7 +84,7 @@ def identify(
     arm
         The arm; or a shipped name, or the path of a file.
     logs
-        Recordings with torques; or paths of files.
+        Recordings with torques; or paths of files, or a folder of them.
     held_out
         Recordings that are predicted instead of fitted; by default the last third of each log.
     loaded
