@@ -1,0 +1,208 @@
+"""Hypotheses on single logs: some differ from the others in load, friction, or scale of torques."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gd_analyze.arrays import Array, FloatArray
+from gd_analyze.diagnosis.hypothesis import Candidate, Hypothesis, Problem, least
+from gd_analyze.diagnosis.of_the_arm import LEAST_MASS_SHARE, carried
+from gd_analyze.diagnosis.of_torques import FACTORS, NOTICED_FACTOR, errors_of_logarithms
+from gd_analyze.diagnosis.remedies import edited
+from gd_analyze.diagnosis.trial import Added, Trial
+from gd_analyze.text import named_joints, number, with_error
+
+# Change of Coulomb friction, and of viscous friction at the fastest motion: a share of the torque's RMS.
+_FRICTION_SHARE = 0.2
+# Fall of the score for which one more log differs.
+_WORTHWHILE_FALL = 10.0
+# Relative change of a joint's friction that is mentioned.
+_NOTICED_CHANGE = 0.2
+# What identification does with logs of an arm that carries something.
+_LOADED = ", or identify with --loaded"
+# Torques of a log over those of the others, to begin with: reversed, or as units and constants differ.
+_FACTORS = (-1.0, *FACTORS, 0.4, 0.7, 1.4, 2.5)
+
+
+class LoadOfLogs(Hypothesis):
+    """In some logs the arm carries more than in the others, or less."""
+
+    name = "load of a log"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The same body at the last link in the logs that differ most clearly."""
+        load = carried(problem)
+
+        def with_load(is_loaded: Array) -> Trial:
+            return problem.correction.with_added(Added(load.columns * is_loaded[:, None], load.sizes))
+
+        chosen = _differing(problem, with_load)
+        if not chosen:
+            return
+        fit = problem.fit(with_load(_of_logs(problem, chosen)))
+        size, place = load.sizes[0], -len(load.sizes)
+        mass, error = (float(x[place] * size) for x in (fit.free, fit.errors))
+        if mass < 0.0 and 2 * len(chosen) == len(problem.samples.logs):
+            chosen = [k for k in range(len(problem.samples.logs)) if k not in chosen]
+            fit = problem.fit(with_load(_of_logs(problem, chosen)))
+            mass, error = (float(x[place] * size) for x in (fit.free, fit.errors))
+        if abs(mass) < LEAST_MASS_SHARE * problem.arm.mass.sum():
+            return
+        names = _names(problem, chosen)
+        more = "more" if mass > 0.0 else "less"
+        yield Candidate(
+            self.name,
+            f"In {names} the arm carries {with_error(abs(mass), error)} kg {more} than in the others",
+            edited(problem.samples, f"diagnose {names} apart from the others{_LOADED if mass > 0.0 else ''}"),
+            with_load(_of_logs(problem, chosen)),
+            numbers=4,
+            alternatives=len(problem.samples.logs) ** len(chosen),
+        )
+
+
+class FrictionOfLogs(Hypothesis):
+    """Friction in some logs is not that of the others: drives are warmer, or colder."""
+
+    name = "friction of a log"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """Friction of all joints in the logs that differ most clearly, and of one joint there."""
+        if not np.isfinite(problem.correction.pace):
+            return
+        _, speed, _, direction = problem.correction.states(problem.samples)
+        columns = np.stack([direction, speed], axis=-1)
+
+        def with_friction(is_other: Array, joints: list[int]) -> Trial:
+            return problem.correction.with_added(
+                _of_joints(problem, columns * is_other[:, None, None], joints)
+            )
+
+        moving = problem.moving
+        chosen = _differing(problem, lambda is_other: with_friction(is_other, moving))
+        if not chosen:
+            return
+        is_other = _of_logs(problem, chosen)
+        one = min(moving, key=lambda i: problem.score(with_friction(is_other, [i])))
+        for joints in dict.fromkeys(((one,), tuple(moving))):
+            correction = with_friction(is_other, [*joints])
+            fit = problem.fit(correction)
+            changes = (fit.free[-2 * len(joints) :] * correction.added[-1].sizes).reshape(-1, 2)
+            ratios = {
+                i: _ratio(columns[is_other, i], fit.joint_numbers[i, 1:3], change)
+                for i, change in zip(joints, changes, strict=True)
+            }
+            noticed = {i: ratio for i, ratio in ratios.items() if abs(ratio - 1.0) > _NOTICED_CHANGE}
+            if not noticed:
+                continue
+            ends = dict.fromkeys(number(x, 2) for x in (min(noticed.values()), max(noticed.values())))
+            whose = named_joints([i + 1 for i in noticed], problem.n)
+            names = _names(problem, chosen)
+            yield Candidate(
+                self.name,
+                f"In {names} friction of {whose} is {' to '.join(ends)} times that in the others",
+                edited(problem.samples, f"diagnose {names} apart from the others"),
+                correction,
+                numbers=2 * len(joints),
+                alternatives=len(problem.samples.logs) ** len(chosen),
+            )
+
+
+class ScaleOfLogs(Hypothesis):
+    """Torques of some logs are reversed, or in another unit than those of the others."""
+
+    name = "torque scale of a log"
+
+    def candidates(self, problem: Problem) -> Iterator[Candidate]:
+        """The best factor of the torques in the logs that differ most clearly."""
+        correction = problem.correction
+        if correction.gain is not None:
+            return
+
+        def with_gain(is_other: Array, factor: float) -> Trial:
+            # The density of torques is that of a matrix: the mean of the gain's logarithm is 0.
+            common = abs(factor) ** is_other.mean()
+            gain = np.where(is_other, factor, 1.0) / common
+            scaled = np.repeat(gain[:, None], problem.n, axis=1)
+            return replace(correction, gain=scaled, torque=correction.torque / common)
+
+        count = len(problem.samples.logs)
+        pairs = [(k, factor) for k in range(count) for factor in _FACTORS]
+        if count < 2 or not pairs:
+            return
+        scores = problem.roughly(with_gain(_of_logs(problem, [k]), factor) for k, factor in pairs)
+        if not problem.helps(scores.min()):
+            return
+        begin = pairs[int(scores.argmin())][1]
+        chosen = _differing(problem, lambda is_other: with_gain(is_other, begin))
+        if not chosen:
+            return
+        is_other, sign = _of_logs(problem, chosen), np.sign(begin)
+
+        def scaled(logarithm: float) -> Trial:
+            return with_gain(is_other, sign * float(np.exp(logarithm)))
+
+        middle = float(np.log(abs(begin)))
+        logarithm = least(lambda x: problem.score(scaled(x)), middle - 0.5, middle + 0.5, 12, 1e-3)
+        factor = float(np.exp(logarithm))
+        is_reversed = sign < 0.0 and 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR
+        if sign > 0.0 and 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR:
+            return
+        error = factor * errors_of_logarithms(lambda x: problem.score(scaled(x[0])), np.array([logarithm]))[0]
+        names = _names(problem, chosen)
+        times = with_error(sign * factor, error)
+        yield Candidate(
+            self.name,
+            f"In {names} all torques are {'reversed' if is_reversed else f'{times} times those of the others'}",
+            edited(problem.samples, f"diagnose {names} apart from the others"),
+            with_gain(is_other, -1.0) if is_reversed else scaled(logarithm),
+            numbers=0 if is_reversed else 1,
+            alternatives=2 * count ** len(chosen),
+        )
+
+
+def _of_joints(problem: Problem, columns: FloatArray, joints: list[int]) -> Added:
+    """Coulomb and viscous friction of some joints, of columns (N, n, 2)."""
+    torque = np.sqrt(np.square(problem.correction.steady(problem.samples.torque)).mean(axis=0)) + 1e-12
+    size = _FRICTION_SHARE * (np.abs(problem.correction.torque) @ torque)
+    fastest = np.abs(columns[:, :, 1]).max(axis=0)
+    out = np.zeros((problem.n, len(columns), 2 * len(joints)))
+    for k, i in enumerate(joints):
+        out[i, :, 2 * k : 2 * k + 2] = columns[:, i]
+    sizes = [[size[i], size[i] / fastest[i] if fastest[i] else size[i]] for i in joints]
+    return Added(out, np.ravel(sizes))
+
+
+def _ratio(columns: FloatArray, common: FloatArray, change: FloatArray) -> float:
+    """Friction in some logs over that in all others: common friction and the change, (2,) each."""
+    file, more = columns @ common, columns @ change
+    squares = float(file @ file)
+    return 1.0 + float(file @ more) / squares if squares else np.inf
+
+
+def _differing(problem: Problem, differs: Callable[[Array], Trial]) -> list[int]:
+    """Logs, from 0, that differ most clearly alike, half of them at most; none if none does."""
+    count = len(problem.samples.logs)
+    chosen: list[int] = []
+    best = 0.0
+    while 2 * (len(chosen) + 1) <= count:
+        others = [k for k in range(count) if k not in chosen]
+        scores = [problem.score(differs(_of_logs(problem, [*chosen, k]))) for k in others]
+        if min(scores) > best - _WORTHWHILE_FALL:
+            break
+        best = min(scores)
+        chosen.append(others[int(np.argmin(scores))])
+    return sorted(chosen)
+
+
+def _of_logs(problem: Problem, chosen: list[int]) -> Array:
+    """Samples of some logs, (N,)."""
+    return np.isin(problem.samples.log, chosen)
+
+
+def _names(problem: Problem, chosen: list[int]) -> str:
+    """Some logs by name: "log a", "logs a and b"."""
+    *first, last = (problem.samples.logs[k].name for k in chosen)
+    return f"logs {', '.join(first)} and {last}" if first else f"log {last}"
