@@ -45,6 +45,7 @@ def answer(diagnosis: Diagnosis) -> str:
         unit = f"say their unit first, such as {IN_DEGREES}"
         texts.append(f"The positions at {joints} are beyond what such joints reach: {unit}.")
     texts += [_of_causes(diagnosis)] if causes else []
+    texts += [f"Log {log} differs: {_begun(cause.what)} ({cause.remedy})." for log, cause in diagnosis.apart]
     texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
     faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
@@ -54,7 +55,9 @@ def answer(diagnosis: Diagnosis) -> str:
     texts += [faults_in_words(group, n) for group in (of_torques, of_velocities) if group]
     poor = [i for i in diagnosis.problem.moving if fit.residuals[i] > MOST_RESIDUAL_SHARE]
     several = f"several things may be wrong: {_of_poor(diagnosis, poor)}." if poor else ""
-    if causes:
+    if diagnosis.apart:
+        texts.append("Diagnose the logs one by one.")
+    elif causes:
         texts += [f"S{several[1:]}"] if poor else []
     elif not diagnosis.problem.moving:
         texts.append("Nothing else can be said: no joint is left to compare.")

@@ -12,6 +12,7 @@ from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer
 from gd_analyze.diagnosis.causes import is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER
+from gd_analyze.diagnosis.of_one_log import FrictionOfLogs
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
@@ -71,16 +72,19 @@ def _word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file.
 
     They do not agree if there is a cause, a column is of no use, the links must be off by more than a file's
-    usually are, or most of a joint's torque remains. They agree in part if many readings are faulty, the
-    links are off by much, or more remains than a file's usual error leaves.
+    usually are, or most of a joint's torque remains. They agree in part if some have other friction than the
+    others, many readings are faulty, the links are off by much, or more remains than a file's usual error
+    leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
     is_most_left = float(np.nanmax(fit.residuals, initial=0.0)) > MOST_REMAINDER
-    if diagnosis.causes or is_column_useless or diagnosis.is_far_off or is_most_left:
+    of_friction = [cause for cause in diagnosis.causes if cause.name == FrictionOfLogs.name]
+    is_cause = len(diagnosis.causes) > len(of_friction) or bool(diagnosis.apart)
+    if is_cause or is_column_useless or diagnosis.is_far_off or is_most_left:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
-    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    is_in_part = bool(of_friction) or is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
     return "agrees in part" if is_in_part else "agrees"

@@ -39,27 +39,29 @@ class LoadOfLogs(Hypothesis):
         def with_load(is_loaded: Array) -> Trial:
             return problem.correction.with_added(Added(load.columns * is_loaded[:, None], load.sizes))
 
-        chosen = _differing(problem, with_load)
+        def mass_in(logs: list[int]) -> tuple[float, float]:
+            fit = problem.fit(with_load(_of_logs(problem, logs)))
+            mass, error = (float(x[-len(load.sizes)] * load.sizes[0]) for x in (fit.free, fit.errors))
+            return mass, error
+
+        count, chosen = len(problem.samples.logs), _differing(problem, with_load)
         if not chosen:
             return
-        fit = problem.fit(with_load(_of_logs(problem, chosen)))
-        size, place = load.sizes[0], -len(load.sizes)
-        mass, error = (float(x[place] * size) for x in (fit.free, fit.errors))
-        if mass < 0.0 and 2 * len(chosen) == len(problem.samples.logs):
-            chosen = [k for k in range(len(problem.samples.logs)) if k not in chosen]
-            fit = problem.fit(with_load(_of_logs(problem, chosen)))
-            mass, error = (float(x[place] * size) for x in (fit.free, fit.errors))
+        mass, error = mass_in(chosen)
+        if mass < 0.0 and 2 * len(chosen) == count:
+            chosen = [k for k in range(count) if k not in chosen]
+            mass, error = mass_in(chosen)
         if abs(mass) < LEAST_MASS_SHARE * problem.arm.mass.sum():
             return
         names = _names(problem, chosen)
-        more = "more" if mass > 0.0 else "less"
+        more, advice = ("more", _LOADED) if mass > 0.0 else ("less", "")
         yield Candidate(
             self.name,
             f"In {names} the arm carries {with_error(abs(mass), error)} kg {more} than in the others",
-            edited(problem.samples, f"diagnose {names} apart from the others{_LOADED if mass > 0.0 else ''}"),
+            edited(problem.samples, f"diagnose {names} apart from the others{advice}"),
             with_load(_of_logs(problem, chosen)),
             numbers=4,
-            alternatives=len(problem.samples.logs) ** len(chosen),
+            alternatives=count ** len(chosen),
         )
 
 
@@ -124,14 +126,13 @@ class ScaleOfLogs(Hypothesis):
         def with_gain(is_other: Array, factor: float) -> Trial:
             # The density of torques is that of a matrix: the mean of the gain's logarithm is 0.
             common = abs(factor) ** is_other.mean()
-            gain = np.where(is_other, factor, 1.0) / common
-            scaled = np.repeat(gain[:, None], problem.n, axis=1)
-            return replace(correction, gain=scaled, torque=correction.torque / common)
+            gain = np.repeat(np.where(is_other, factor, 1.0)[:, None] / common, problem.n, axis=1)
+            return replace(correction, gain=gain, torque=correction.torque / common)
 
         count = len(problem.samples.logs)
-        pairs = [(k, factor) for k in range(count) for factor in _FACTORS]
-        if count < 2 or not pairs:
+        if count < 2:
             return
+        pairs = [(k, factor) for k in range(count) for factor in _FACTORS]
         scores = problem.roughly(with_gain(_of_logs(problem, [k]), factor) for k, factor in pairs)
         if not problem.helps(scores.min()):
             return
@@ -147,15 +148,16 @@ class ScaleOfLogs(Hypothesis):
         middle = float(np.log(abs(begin)))
         logarithm = least(lambda x: problem.score(scaled(x)), middle - 0.5, middle + 0.5, 12, 1e-3)
         factor = float(np.exp(logarithm))
-        is_reversed = sign < 0.0 and 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR
-        if sign > 0.0 and 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR:
+        is_near = 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR
+        is_reversed = is_near and sign < 0.0
+        if is_near and not is_reversed:
             return
         error = factor * errors_of_logarithms(lambda x: problem.score(scaled(x[0])), np.array([logarithm]))[0]
         names = _names(problem, chosen)
-        times = with_error(sign * factor, error)
+        times = "reversed" if is_reversed else f"{with_error(sign * factor, error)} times those of the others"
         yield Candidate(
             self.name,
-            f"In {names} all torques are {'reversed' if is_reversed else f'{times} times those of the others'}",
+            f"In {names} all torques are {times}",
             edited(problem.samples, f"diagnose {names} apart from the others"),
             with_gain(is_other, -1.0) if is_reversed else scaled(logarithm),
             numbers=0 if is_reversed else 1,

@@ -224,6 +224,7 @@ def _least(score: Callable[[float], float], begin: float, width: float = 1.2) ->
 
 
 def errors_of_logarithms(score: Callable[[FloatArray], float], logarithms: FloatArray) -> FloatArray:
+    """Standard errors of logarithms of factors, of which a score is least here."""
     return standard_errors(score, logarithms, _CURVED_OVER)
 
 
