@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,8 +19,9 @@ from gd_analyze.text import named_joints, number, with_error
 _FRICTION_SHARE = 0.2
 # Fall of the score for which one more log differs.
 _WORTHWHILE_FALL = 10.0
-# Relative change of a joint's friction that is mentioned.
-_NOTICED_CHANGE = 0.2
+# Relative change of a joint's friction that is mentioned, if friction is more than a share of the torque, and
+# the largest factor by which the temperature of drives changes friction.
+_NOTICED_CHANGE, _NOTICED_FRICTION_SHARE, _LARGEST_FRICTION_FACTOR = 0.2, 0.03, 4.0
 # What identification does with logs of an arm that carries something.
 _LOADED = ", or identify with --loaded"
 # Torques of a log over those of the others, to begin with: reversed, or as units and constants differ.
@@ -42,7 +43,8 @@ class LoadOfLogs(Hypothesis):
         def mass_in(logs: list[int]) -> tuple[float, float]:
             fit = problem.fit(with_load(_of_logs(problem, logs)))
             mass, error = (float(x[-len(load.sizes)] * load.sizes[0]) for x in (fit.free, fit.errors))
-            return mass, error
+            # The scale of all torques is as uncertain as they are off the file's.
+            return mass, float(np.hypot(error, fit.off * mass))
 
         count, chosen = len(problem.samples.logs), _differing(problem, with_load)
         if not chosen:
@@ -76,11 +78,12 @@ class FrictionOfLogs(Hypothesis):
             return
         _, speed, _, direction = problem.correction.states(problem.samples)
         columns = np.stack([direction, speed], axis=-1)
+        torque = problem.correction.of_torques(problem.correction.steady(problem.samples.torque))
+        sizes = np.sqrt(np.square(torque).mean(axis=0)) + np.finfo(float).tiny
 
-        def with_friction(is_other: Array, joints: list[int]) -> Trial:
-            return problem.correction.with_added(
-                _of_joints(problem, columns * is_other[:, None, None], joints)
-            )
+        def with_friction(is_other: Array, joints: Sequence[int]) -> Trial:
+            added = _of_joints(columns * is_other[:, None, None], sizes, joints)
+            return problem.correction.with_added(added)
 
         moving = problem.moving
         chosen = _differing(problem, lambda is_other: with_friction(is_other, moving))
@@ -89,15 +92,17 @@ class FrictionOfLogs(Hypothesis):
         is_other = _of_logs(problem, chosen)
         one = min(moving, key=lambda i: problem.score(with_friction(is_other, [i])))
         for joints in dict.fromkeys(((one,), tuple(moving))):
-            correction = with_friction(is_other, [*joints])
+            correction = with_friction(is_other, joints)
             fit = problem.fit(correction)
             changes = (fit.free[-2 * len(joints) :] * correction.added[-1].sizes).reshape(-1, 2)
-            ratios = {
-                i: _ratio(columns[is_other, i], fit.joint_numbers[i, 1:3], change)
-                for i, change in zip(joints, changes, strict=True)
-            }
+            ratios = {}
+            for i, change in zip(joints, changes, strict=True):
+                common, more = (columns[is_other, i] @ x for x in (fit.joint_numbers[i, 1:3], change))
+                if np.square(common + more).mean() > (_NOTICED_FRICTION_SHARE * sizes[i]) ** 2:
+                    ratios[i] = _slope(common + more, common)
             noticed = {i: ratio for i, ratio in ratios.items() if abs(ratio - 1.0) > _NOTICED_CHANGE}
-            if not noticed:
+            factors = [max(ratio, 1.0 / ratio) if ratio > 0.0 else np.inf for ratio in noticed.values()]
+            if not noticed or max(factors) > _LARGEST_FRICTION_FACTOR:
                 continue
             ends = dict.fromkeys(number(x, 2) for x in (min(noticed.values()), max(noticed.values())))
             whose = named_joints([i + 1 for i in noticed], problem.n)
@@ -165,23 +170,20 @@ class ScaleOfLogs(Hypothesis):
         )
 
 
-def _of_joints(problem: Problem, columns: FloatArray, joints: list[int]) -> Added:
-    """Coulomb and viscous friction of some joints, of columns (N, n, 2)."""
-    torque = np.sqrt(np.square(problem.correction.steady(problem.samples.torque)).mean(axis=0)) + 1e-12
-    size = _FRICTION_SHARE * (np.abs(problem.correction.torque) @ torque)
+def _of_joints(columns: FloatArray, sizes: FloatArray, joints: Sequence[int]) -> Added:
+    """Coulomb and viscous friction of some joints, of columns (N, n, 2), in shares of their torques."""
     fastest = np.abs(columns[:, :, 1]).max(axis=0)
-    out = np.zeros((problem.n, len(columns), 2 * len(joints)))
+    out = np.zeros((len(sizes), len(columns), 2 * len(joints)))
     for k, i in enumerate(joints):
         out[i, :, 2 * k : 2 * k + 2] = columns[:, i]
-    sizes = [[size[i], size[i] / fastest[i] if fastest[i] else size[i]] for i in joints]
-    return Added(out, np.ravel(sizes))
+    plausible = [_FRICTION_SHARE * sizes[i] / np.array([1.0, fastest[i] or 1.0]) for i in joints]
+    return Added(out, np.concatenate(plausible))
 
 
-def _ratio(columns: FloatArray, common: FloatArray, change: FloatArray) -> float:
-    """Friction in some logs over that in all others: common friction and the change, (2,) each."""
-    file, more = columns @ common, columns @ change
-    squares = float(file @ file)
-    return 1.0 + float(file @ more) / squares if squares else np.inf
+def _slope(torque: FloatArray, other: FloatArray) -> float:
+    """Torque over another, by least squares."""
+    squares = float(other @ other)
+    return float(torque @ other) / squares if squares else np.inf
 
 
 def _differing(problem: Problem, differs: Callable[[Array], Trial]) -> list[int]:

@@ -161,7 +161,7 @@ def identify(
             "the logs do not determine the payload's mass, so it calibrates no torques",
             where=f"arm {arm.name}",
             expected="a heavier payload, or motions that lift it more",
-            found=f"{with_error(weighed, error, 1)} kg",
+            found=f"{with_error(weighed, error)} kg",
         )
     scale = mass / weighed
     fitted, held_out_motions, carrying = (
