@@ -113,7 +113,7 @@ def swing_findings(two_link: RobotArm, swing: Trajectory) -> Findings:
 def measured_findings(two_link: RobotArm) -> Findings:
     """A log with torques, of which the second's constant is twice what it is, and friction fitted."""
     log = recorded(two_link, gain=(1.0, 2.0), noise=0.05, cutoff=CUTOFF)
-    with pytest.warns(GdAnalyzeWarning, match="does not agree"):
+    with pytest.warns(GdAnalyzeWarning, match="The file does not fit|but for"):
         return find(two_link, log, Settings(fit_friction=True), command="gd-analyze two_link")
 
 
@@ -122,7 +122,7 @@ def everything_found(two_link: RobotArm) -> Findings:
     """Of two logs with torques: every group and attribute that results may have."""
     first, second = (recorded(two_link, gain=(1.0, 2.0), noise=0.05, seed=k, cutoff=CUTOFF) for k in (0, 1))
     logs = [first, dataclasses.replace(second, name="again")]
-    with pytest.warns(GdAnalyzeWarning, match="does not agree"):
+    with pytest.warns(GdAnalyzeWarning, match="The file does not fit|but for"):
         return find(two_link, logs, Settings(fit_friction=True), command="gd-analyze two_link")
 
 

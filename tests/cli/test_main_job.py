@@ -15,15 +15,16 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import write_trajectory
 from gd_analyze.cli.main_job import MADE_AGAIN, RUN_FORMATS
-from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.files import RESULT_FILES
 from gd_analyze.report.document import result_document
-from gd_analyze.report.main_report import JSON, main_result
+from gd_analyze.report.html import page_of
+from gd_analyze.report.main_report import JSON, main_report, main_result
+from gd_analyze.report.pdf import pdf_of
 from gd_analyze.report.terminal import text_of
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.types import Drive
 from long_cases import long
-from recordings import swung
+from recordings import swung, with_torques
 
 
 def test_the_formats_are_those_of_the_library():
@@ -198,10 +199,28 @@ def test_measured_torques_and_friction(measured_findings):
     found = values["measured_torque"]
     assert max(map(len, text.splitlines())) <= 80
     assert found["verdict"] == "does not agree"
-    assert values["headline"].startswith(SENTENCES[found["verdict"]])
+    assert values["headline"].startswith("The file ")
+    assert found["agreement"].startswith(values["headline"].split(".")[0])
     assert found["diagnosis"]["cause"] is not None
     assert found["diagnosis"]["remedy"] in found["agreement"]
     assert "`gd-analyze diagnose ROBOT LOG`" in found["agreement"]
+
+
+def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_for(two_link, swing):
+    torque = gd.decompose(two_link, swing).torque.values
+    log = with_torques(swing, -torque)
+    with pytest.warns(gd.GdAnalyzeWarning, match="All torques are reversed"):
+        found, asked = gd.analyze(two_link, log), gd.analyze(two_link, log, budget="20%")
+    assert found.is_contradicted
+    assert found.model.is_exact
+    headline = main_result(found, JSON).values()["headline"]
+    assert headline.startswith("The file does not fit this log. No model is offered of a file that the log ")
+    assert "`--budget 1%` searches one" in headline
+    assert not asked.is_contradicted
+    assert asked.model.saves
+    page = page_of(main_report(found))
+    assert "No model is offered" in page
+    assert pdf_of(main_report(found)).startswith(b"%PDF-")
 
 
 @pytest.fixture

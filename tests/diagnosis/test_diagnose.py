@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ceiling, compensated
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import TELLS_NOTHING, answer
 from gd_analyze.diagnosis.causes import CLEAR_FALL, is_unexplained
 from gd_analyze.diagnosis.equations import (
     COM_ERROR,
@@ -27,7 +27,7 @@ from gd_analyze.diagnosis.equations import (
 )
 from gd_analyze.diagnosis.fit import MOST_CHANGES, fitted
 from gd_analyze.diagnosis.hypothesis import Problem, signs
-from gd_analyze.diagnosis.log_verdict import DISPUTED, SENTENCES, log_verdict
+from gd_analyze.diagnosis.log_verdict import DISPUTED, log_verdict
 from gd_analyze.diagnosis.remedies import reordered
 from gd_analyze.diagnosis.samples import FEWEST_SAMPLES, samples_of
 from gd_analyze.diagnosis.trial import Trial
@@ -192,7 +192,7 @@ def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
     time, q, torque = good
     with pytest.warns(gd.GdAnalyzeWarning, match="--torque-sign -1"):
         found = gd.analyze(two_link, log_of(time, q, -torque), tmp_path / "run", level="element")
-    notices = [text for text in found.warnings if "does not agree" in text]
+    notices = [text for text in found.warnings if "does not fit" in text]
     assert len(notices) == 1
     assert "--torque-sign -1" in notices[0]
     again = gd.load_findings(tmp_path / "run" / "analysis.h5").tables["diagnosis"]
@@ -203,13 +203,13 @@ def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
     # It stands before the answer: whatever else the page says is about another robot.
     notices = page.index('<ul class="notices">')
     first = re.sub(r"<[^>]*>", "", page[notices : page.index("</li>", notices)])
-    assert "does not agree" in first
+    assert "does not fit" in first
     assert "--torque-sign -1" in first
     as_filed = log_of(time, q, gd.types.ArmDynamics(two_link).torque(*robot.states.arrays, drives=False))
     agreeing = gd.analyze(two_link, as_filed, level="element")
     assert agreeing.tables["measured_torque"].attrs["verdict"] == "agrees"
     assert not agreeing.tables["diagnosis"].sizes["cause"]
-    assert not [text for text in agreeing.warnings if "agree" in text]
+    assert not [text for text in agreeing.warnings if "The file" in text]
 
 
 def test_the_verdict_on_a_log(good, two_link):
@@ -222,6 +222,12 @@ def test_the_verdict_on_a_log(good, two_link):
     spiky = torque.copy()
     spiky[100::200] *= 30.0
     clipped = np.clip(torque, *np.quantile(torque, [0.2, 0.8], axis=0))
+    openings = {
+        "agrees": "The file describes this robot: with friction",
+        "agrees in part": "The file ",
+        "does not agree": "The file does not fit this log.",
+        "tells nothing": "The log does not tell whether the file describes this robot:",
+    }
     for word, logged in (
         ("agrees", good),
         ("agrees", (time, q, spiky)),
@@ -232,7 +238,8 @@ def test_the_verdict_on_a_log(good, two_link):
     ):
         verdict = log_verdict(two_link, [log_of(*logged)])
         assert verdict.word == word
-        assert verdict.text.startswith(SENTENCES[word])
+        assert verdict.text.startswith(verdict.opening)
+        assert verdict.opening.startswith(openings[word])
         assert ("gd-analyze diagnose" in verdict.text) == (word in DISPUTED)
         assert (verdict.diagnosis is None) == (word == "tells nothing")
 
@@ -519,7 +526,7 @@ def test_friction_alone_has_no_other_cause(robot, good, two_link, viscous):
     found = gd.diagnose(two_link, log_of(time, q, 5.0 * np.sign(speed) + viscous * speed + noise))
     assert found.causes == ()
     assert not found.tells
-    assert answer(found).startswith("Friction alone")
+    assert answer(found).startswith(f"{TELLS_NOTHING}: friction alone")
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,11 @@ class Slip:
         headline, cause = brief(str(document["headline"])), document["cause"]
         if cause is not None:
             return Outcome("named" if cause in self.cause.split(" or ") else "another cause named", headline)
-        return Outcome("silent") if headline.startswith("Nothing to explain") else Outcome("warned", headline)
+        return (
+            Outcome("silent")
+            if headline.startswith("The file describes this robot: with")
+            else Outcome("warned", headline)
+        )
 
 
 def ran(words: str) -> tuple[int, str, str]:

@@ -147,13 +147,18 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.simplification.exact.MOST_TERMS", 3)
         monkeypatch.setattr("gd_analyze.simplification.candidates.MOST_TERMS", 3)
     else:
-        for module in ("studies.budget_stops", "studies.steps.simplify", "results.run_facts"):
+        for module in (
+            "studies.budget_stops",
+            "studies.steps.simplify",
+            "results.run_facts",
+            "results.findings",
+        ):
             monkeypatch.setattr(f"gd_analyze.{module}.READABLE", 13)
         # At 10 % ten terms exceed the budget alone, and the model has few more.
         monkeypatch.setattr("gd_analyze.studies.budget_stops._LIKELY_SHARE", 0.8)
     findings = gd.analyze(puma, pick_and_place)
     assert findings.is_unreadable
-    assert "No readable model" in findings._repr_html_()
+    assert "No model with at most" in findings._repr_html_()
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(page_of(main_report(findings))))

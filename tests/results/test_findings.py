@@ -204,7 +204,7 @@ def test_warnings_are_told_when_their_step_ends(two_link, swing) -> None:
     with warnings.catch_warnings(action="always"):
         warnings.showwarning = lambda message, *_, **__: told.events.append(str(message))
         found = find(two_link, with_torques(swing, -torque), Settings(level="element"), progress=told)
-    (contradiction,) = [text for text in found.warnings if "does not agree" in text]
+    (contradiction,) = [text for text in found.warnings if "The file does not fit" in text]
     assert found.warnings[0] == contradiction
     assert told.events.index(contradiction) < told.events.index("ranked")
     assert told.events.index("ranked") < told.events.index("trying other budgets")

@@ -1,8 +1,9 @@
-"""The answer of a diagnosis in a sentence or two, and what remains of the torques follows."""
+"""The answer of a diagnosis, in a word and in sentences, and what the remaining torques follow."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions, is_same, is_unexplained
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
-from gd_analyze.diagnosis.hypothesis import Candidate, Problem
+from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
+from gd_analyze.diagnosis.of_one_log import OF_LOGS, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.text import named_joints, percent
@@ -27,18 +29,54 @@ _POSSIBLE_FALL = 15.0  # fall of the score from which a cause is worth a look th
 # Share of faulty readings that the answer mentions; fewer are in the table alone.
 _MENTIONED_FAULT_SHARE = 0.002
 
-_FAR_OFF = "The links must be off by more than a file's usually are: check that the file is of this arm."
+# Share of faulty readings of which a verdict takes note; lost messages and spikes of a sound log are fewer.
+_FAULTY_SHARE = 0.02
+
+_FAR_OFF = (
+    "The file's links must be off by more than a file's usually are: check that it is the file of this arm."
+)
+_MENDED_BY_NOTHING = (
+    "No sign, unit, payload or column mends it; `gd-analyze identify` fits the links to the log."
+)
+TELLS_NOTHING = "The log does not tell whether the file describes this robot"
 _FRICTION_ALONE = (
-    "Friction alone explains the torques as well: "
-    "there is too little motion to say anything, or they do not hold the arm's weight and inertia."
+    "friction alone explains the torques as well, "
+    "as there is too little motion, or they do not hold the arm's weight and inertia."
 )
 _FOLLOWED = ("position", "velocity", "acceleration", "time")
+Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
+
+
+def word_of(diagnosis: Diagnosis) -> Word:
+    """The verdict on logs and file, where the logs tell anything beside friction.
+
+    They do not agree if a column is of no use, the links must be off by more than a file's usually are, most
+    of a joint's torque remains, logs have causes of their own, or there is a cause of more than a file's
+    usual error. They agree in part if there is a smaller cause, friction of some logs differs, many readings
+    are faulty, the links are off by much, or more remains than a file's usual error leaves.
+    """
+    fit = diagnosis.after
+    is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
+    is_most_left = float(np.nanmax(fit.residuals, initial=0.0)) > MOST_REMAINDER
+    if is_column_useless:
+        return "does not agree"
+    if not diagnosis.tells:
+        return "tells nothing"
+    if diagnosis.is_far_off or is_most_left or diagnosis.apart:
+        return "does not agree"
+    if diagnosis.causes:
+        is_friction = all(cause.name == FrictionOfLogs.name for cause in diagnosis.causes)
+        is_clear = is_unexplained(diagnosis.before) and not is_friction
+        return "does not agree" if is_clear else "agrees in part"
+    is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
+    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    return "agrees in part" if is_in_part else "agrees"
 
 
 def answer(diagnosis: Diagnosis) -> str:
-    """What is wrong, with the residual before and after and what to do; or that nothing needs explaining."""
+    """Whether the file describes the robot of the logs, what is wrong where it does not, and what to do."""
     n, causes, fit = diagnosis.arm.n_joints, diagnosis.causes, diagnosis.after
-    texts = []
+    texts = [opening(diagnosis)]
     doubtful = doubtful_positions(diagnosis.corrected)
     if doubtful and is_unexplained(fit):
         joints = named_joints([i + 1 for i in doubtful], n)
@@ -46,6 +84,7 @@ def answer(diagnosis: Diagnosis) -> str:
         texts.append(f"The positions at {joints} are beyond what such joints reach: {unit}.")
     texts += [_of_causes(diagnosis)] if causes else []
     texts += [f"Log {log} differs: {_begun(cause.what)} ({cause.remedy})." for log, cause in diagnosis.apart]
+    texts += ["Diagnose the logs one by one."] if diagnosis.apart else []
     texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
     faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
@@ -53,36 +92,66 @@ def answer(diagnosis: Diagnosis) -> str:
     of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
     of_torques = [fault for fault in faults if fault.name != VELOCITIES]
     texts += [faults_in_words(group, n) for group in (of_torques, of_velocities) if group]
-    poor = [i for i in diagnosis.problem.moving if fit.residuals[i] > MOST_RESIDUAL_SHARE]
-    several = f"several things may be wrong: {_of_poor(diagnosis, poor)}." if poor else ""
-    if diagnosis.apart:
-        texts.append("Diagnose the logs one by one.")
-    elif causes:
-        texts += [f"S{several[1:]}"] if poor else []
-    elif not diagnosis.problem.moving:
-        texts.append("Nothing else can be said: no joint is left to compare.")
-    elif not diagnosis.tells:
-        return " ".join([_FRICTION_ALONE, *texts])
-    elif poor:
-        texts.append(f"No cause found, {several}")
-    elif diagnosis.is_far_off:
-        texts.append(f"No cause found: {percent(fit.remains)} of the torque's RMS remains.")
-    else:
-        texts.append(_of_nothing(diagnosis, "Nothing else to explain" if faults else "Nothing to explain"))
-    return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off else texts)
+    poor = _poor(diagnosis)
+    if causes and poor:
+        texts.append(f"Something else is wrong, too: {_of_poor(diagnosis, poor)}.")
+    if not diagnosis.problem.moving:
+        texts.append("No joint is left to compare.")
+    return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off and _FAR_OFF not in texts else texts)
 
 
-def _of_nothing(diagnosis: Diagnosis, beginning: str) -> str:
-    """That file and friction fit, with masses off by some share."""
-    remains = f"{percent(diagnosis.before.remains)} of the torque's RMS remains."
-    torque_error = diagnosis.before.off
-    if torque_error < _RIGHT_TORQUE_SHARE:
-        return f"{beginning}: the file and friction fit, {remains}"
-    text = f"{beginning} beyond masses off by some {percent(torque_error)}: {remains}"
+def opening(diagnosis: Diagnosis) -> str:
+    """The verdict as a sentence or two: what the file describes, and how much of the torque is left."""
+    word, fit, n = word_of(diagnosis), diagnosis.after, diagnosis.arm.n_joints
+    if word == "tells nothing":
+        return f"{TELLS_NOTHING}: {_FRICTION_ALONE}" if diagnosis.problem.moving else f"{TELLS_NOTHING}."
+    compared = np.flatnonzero(np.isfinite(fit.residuals)).tolist()
+    if diagnosis.apart or any(cause.name in OF_LOGS for cause in diagnosis.causes):
+        return "The logs do not agree with each other."
+    if diagnosis.causes and not is_unexplained(diagnosis.before):
+        return (
+            f"The file describes this robot but for {'one thing' if len(diagnosis.causes) == 1 else 'two'}."
+        )
+    if diagnosis.causes or not compared:
+        return "The file does not fit this log."
+    poor = _poor(diagnosis)
+    if not poor:
+        return _FAR_OFF if diagnosis.is_far_off else _of_fit(diagnosis, compared)
+    good = [i for i in compared if i not in poor]
+    subject = "does not fit"
+    if good:
+        subject = f"fits {named_joints([i + 1 for i in good], n)} ({_left(diagnosis, good)}) but not"
+    joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
+    *first, last = [_share_of_torque(float(fit.residuals[i])) for i in poor]
+    shares = f"{', '.join(first)} and {last}" if first else last
+    followed = _followed(diagnosis, poor)
+    follows = f"; it follows {followed}" if followed != "nothing" else ""
+    return f"The file {subject} {joints} ({shares} is left{follows}). {_MENDED_BY_NOTHING}"
+
+
+def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
+    """That file, friction and drives fit, with masses off by some share."""
+    fit, n = diagnosis.after, diagnosis.arm.n_joints
+    fitted = "friction and drive inertia" if fit.joint_numbers[compared, 0].any() else "friction"
+    if fit.off >= _RIGHT_TORQUE_SHARE:
+        fitted += f", and masses off by some {percent(fit.off)},"
+    is_of_all = not any(fault.is_of_column for fault in diagnosis.faults)
+    subject = "describes this robot" if is_of_all else f"fits {named_joints([i + 1 for i in compared], n)}"
+    text = f"The file {subject}: with {fitted} fitted, {_left(diagnosis, compared)}."
     best = diagnosis.ranking[0] if diagnosis.ranking else None
-    if torque_error > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
-        text += f" That is much, so look whether {_begun(best.what)} ({best.remedy})."
+    if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
+        text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
     return text
+
+
+def _poor(diagnosis: Diagnosis) -> list[int]:
+    """Joints, from 0, of which more remains than a file's usual error leaves."""
+    return [i for i in diagnosis.problem.moving if diagnosis.after.residuals[i] > MOST_RESIDUAL_SHARE]
+
+
+def _left(diagnosis: Diagnosis, joints: Sequence[int]) -> str:
+    """How much of the torque of some joints, from 0, is left."""
+    return f"{percent(float(diagnosis.after.residuals[joints].max()))} of the torque or less is left"
 
 
 def _of_causes(diagnosis: Diagnosis) -> str:

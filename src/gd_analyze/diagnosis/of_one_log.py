@@ -22,6 +22,8 @@ _WORTHWHILE_FALL = 10.0
 # Relative change of a joint's friction that is mentioned, if friction is more than a share of the torque, and
 # the largest factor by which the temperature of drives changes friction.
 _NOTICED_CHANGE, _NOTICED_FRICTION_SHARE, _LARGEST_FRICTION_FACTOR = 0.2, 0.03, 4.0
+# Standard error of torque constants, of which no difference between logs tells: a UR10e's are a tenth off.
+_SCALE_ERROR = 0.1
 # What identification does with logs of an arm that carries something.
 _LOADED = ", or identify with --loaded"
 # Torques of a log over those of the others, to begin with: reversed, or as units and constants differ.
@@ -43,8 +45,7 @@ class LoadOfLogs(Hypothesis):
         def mass_in(logs: list[int]) -> tuple[float, float]:
             fit = problem.fit(with_load(_of_logs(problem, logs)))
             mass, error = (float(x[-len(load.sizes)] * load.sizes[0]) for x in (fit.free, fit.errors))
-            # The scale of all torques is as uncertain as they are off the file's.
-            return mass, float(np.hypot(error, fit.off * mass))
+            return mass, float(np.hypot(error, _SCALE_ERROR * mass))
 
         count, chosen = len(problem.samples.logs), _differing(problem, with_load)
         if not chosen:
@@ -168,6 +169,10 @@ class ScaleOfLogs(Hypothesis):
             numbers=0 if is_reversed else 1,
             alternatives=2 * count ** len(chosen),
         )
+
+
+# Names of what single logs differ in.
+OF_LOGS = (ScaleOfLogs.name, LoadOfLogs.name, FrictionOfLogs.name)
 
 
 def _of_joints(columns: FloatArray, sizes: FloatArray, joints: Sequence[int]) -> Added:

@@ -33,7 +33,6 @@ from gd_analyze.schema import declared_columns
 from gd_analyze.simplification.element import kept_effects
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import inertia_label, joined, percent
 
 # Most lines of equations in a terminal.
@@ -90,12 +89,12 @@ def model_equations(findings: Findings) -> Equations:
 
 
 def _substitute_note(findings: Findings) -> str:
-    """What stands for a model that can be read: the dominant parts of the elements, and the exact torque."""
+    """What stands for a model: the dominant parts of the elements, and the exact torque."""
+    share = percent(_largest_share(findings.element_model))
     return (
-        f"No model with at most {READABLE} terms keeps the budget, so these are the dominant parts of the "
-        f"elements, with an error of up to {percent(_largest_share(findings.element_model))} of peak torque "
-        f"at the set points. The exact torque takes {findings.model.operations_full.in_words}; `model.json` "
-        "has it."
+        f"{findings.substitute_reason} These are the dominant parts of the elements, with an error of up to "
+        f"{share} of peak torque at the set points. The exact torque takes "
+        f"{findings.model.operations_full.in_words}; `model.json` has it."
     )
 
 

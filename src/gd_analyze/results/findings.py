@@ -18,6 +18,7 @@ from gd_analyze.files import mark_of
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.results.model_facts import headline, joint_errors
 from gd_analyze.simplification.model import SimplifiedModel
+from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import html_of
 
 
@@ -64,8 +65,7 @@ class Findings(Run):
         title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
         answer = headline(self.model)
         if self.is_unreadable:
-            budget, count = self.model.accuracy.budget, self.model.operations_full.in_words
-            answer = f"No readable model keeps the budget of {budget}. Exact torque: {count}."
+            answer = f"{self.substitute_reason} Exact torque: {self.model.operations_full.in_words}."
         note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
         return html_of(title, headings, rows, note)
 
@@ -74,6 +74,23 @@ class Findings(Run):
         """Whether the exact torque stands for a model, as none that keeps the budget has few enough terms."""
         stops = self.tables.get("stops")
         return stops is not None and self.tables["budgets"].attrs["asked"] not in stops.position
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether no model was searched, as the log does not agree with the file."""
+        measured = self.tables.get("measured_torque")
+        is_disagreeing = measured is not None and measured.attrs["verdict"] == "does not agree"
+        return is_disagreeing and self.is_unreadable and bool((self.tables["stops"].terms < 0).all())
+
+    @property
+    def substitute_reason(self) -> str:
+        """Why the exact torque stands for a model, and what to do, in a sentence."""
+        if self.is_contradicted:
+            return (
+                "No model is offered of a file that the log contradicts; "
+                f"`--budget {self.model.accuracy.budget}` searches one all the same."
+            )
+        return f"No model with at most {READABLE} terms keeps the budget of {self.model.accuracy.budget}."
 
     @property
     def plot(self) -> Plots:

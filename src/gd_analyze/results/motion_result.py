@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gd_analyze.diagnosis.log_verdict import SENTENCES
 from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.formulas.writing import part_symbol
@@ -105,7 +104,7 @@ def agreement_sentence(findings: Findings) -> str:
     """The verdict on log and file, with a space behind it; "" if no torques were measured."""
     if "measured_torque" not in findings.tables:
         return ""
-    return f"{SENTENCES[findings.tables['measured_torque'].attrs['verdict']]} "
+    return f"{findings.tables['measured_torque'].attrs['opening']} "
 
 
 def motion_rows(findings: Findings) -> list[Row]:

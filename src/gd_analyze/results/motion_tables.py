@@ -278,6 +278,7 @@ def measured_torque_table(
         "compared": comparison.compared,
         "filter": int(recording.cutoff is not None),
         "verdict": verdict.word,
+        "opening": verdict.opening,
         "agreement": verdict.text,
     }
     coordinates = _over_time(trajectory) | joint_names(arm)

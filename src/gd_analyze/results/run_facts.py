@@ -57,17 +57,18 @@ def stop_rows(findings: Findings) -> list[Row]:
         return []
     position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == position, "words": _stop_words(row, findings.proof)}
+        row | {"own": row["position"] == position, "words": _stop_words(row, findings)}
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
 
-def _stop_words(row: Row, proof: str) -> str:
+def _stop_words(row: Row, findings: Findings) -> str:
     """Terms, operations and used share of a budget's model: "14 terms; D, h, c 17/8, torque 35/4; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
         if 0 <= beyond <= READABLE:
-            return f"{beyond} terms exceed it alone: not searched in the time given"
+            why = "the log contradicts the file" if findings.is_contradicted else "the time is over"
+            return f"{beyond} terms exceed it alone: not searched, as {why}"
         return (
             f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
         )
@@ -77,7 +78,7 @@ def _stop_words(row: Row, proof: str) -> str:
         f"D, h, c {row['operations']}/{row['sines_cosines']}, "
         f"torque {row['operations_torque']}/{row['sines_cosines_torque']}"
     )
-    return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
+    return f"{row['terms']} terms; {costs}; {_used_words(row, findings.proof)}"
 
 
 def _used_words(row: Row, proof: str) -> str:
@@ -139,8 +140,8 @@ def _unreadable_headline(findings: Findings) -> str:
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
     wider = f" `--budget {shlex.quote(readable)}` has a readable model." if readable else ""
     return (
-        f"No model with at most {READABLE} terms keeps the budget of {model.accuracy.budget}. Instead: the "
-        f"dominant elements, and the exact torque in {model.operations_full.in_words}.{wider}"
+        f"{findings.substitute_reason} Instead: the dominant elements, and the exact torque in "
+        f"{model.operations_full.in_words}.{wider}"
     )
 
 

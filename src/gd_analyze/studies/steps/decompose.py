@@ -41,6 +41,7 @@ class RunDynamics:
     measured_torque: xr.Dataset | None
     arm: RobotArm  # with the friction that was fitted, if it was asked for
     diagnosis: xr.Dataset | None  # of measured torques; None if nothing can be compared
+    is_contradicted: bool  # whether the log does not agree with the file
     too_many_terms: str  # why single terms are not ranked; "" if they are
 
 
@@ -55,12 +56,14 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     exact = ExactDynamics.of(arm, dataset)
     warn_of_torques(exact)
     measured_torque = diagnosis = None
+    is_contradicted = False
     if has_torques(motion):
         verdict = log_verdict(arm, taken_apart(motion))
         comparison = compared(arm, motion, points.torque)
         measured_torque = measured_torque_table(
             comparison, motion, verdict, fit_friction=inputs.settings.fit_friction
         )
+        is_contradicted = verdict.word == "does not agree"
         if verdict.diagnosis is not None:
             diagnosis = diagnosis_table(verdict.diagnosis)
         if verdict.word != "agrees":
@@ -72,7 +75,16 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
                 text = f"the log does not determine the friction of {joints}: the model has the file's there"
                 warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
             arm = with_friction(arm, terms)
-    return RunDynamics(points, exact, residuals, measured_torque, arm, diagnosis, too_many_terms(exact.form))
+    return RunDynamics(
+        points,
+        exact,
+        residuals,
+        measured_torque,
+        arm,
+        diagnosis,
+        is_contradicted,
+        too_many_terms(exact.form),
+    )
 
 
 def rank_step(inputs: RunInputs, dynamics: RunDynamics, budget: Budget) -> xr.Dataset:

@@ -117,7 +117,9 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
     points = dynamics.points
     time = SearchTime(settings.seconds)
     search_at = partial(_model_at, inputs, points.everywhere, time, progress)
-    stops, budget = _stops(exact, settings, search_at, time)
+    # A wrong file has a model of its own, which is of no use: none is searched unless it is asked for.
+    is_searched = settings.budget is not None or not dynamics.is_contradicted
+    stops, budget = _stops(exact, settings, search_at, time, is_searched=is_searched)
     exact = exact.under(budget)
     elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
     elements = elements.stating(provenance=inputs.source)
@@ -142,29 +144,29 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
 
 
 def _stops(
-    exact: ExactDynamics, settings: Settings, search_at: SearchAt, time: SearchTime
+    exact: ExactDynamics, settings: Settings, search_at: SearchAt, time: SearchTime, *, is_searched: bool
 ) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
     Where none is readable, a larger one that is joins them. At other levels there is one budget, which is
-    searched later.
+    searched later. Unless `is_searched`, none has a model.
     """
     if settings.level is not TERM:
         return [], settings.asked
     is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
     budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
     stops: list[Stop] = []
-    is_searched = False
+    has_form = False
     for budget in budgets:
         is_asked = is_given and not stops
-        most_terms = math.inf if is_asked else 0 if time.is_over else READABLE
+        most_terms = math.inf if is_asked else READABLE if is_searched and not time.is_over else -1
         # Models of one page have terms in the same velocities.
-        search = partial(search_at, exact, most_terms=most_terms, same_velocities=is_searched)
+        search = partial(search_at, exact, most_terms=most_terms, same_velocities=has_form)
         stops.append(stop_at(exact, TERM, budget, search, most_terms))
         if stops[-1].held is not None:
-            exact, is_searched = exact.with_form(stops[-1].held.model.form), True
+            exact, has_form = exact.with_form(stops[-1].held.model.form), True
     readable = chosen_stop(stops)
-    if readable is None and stops[0].terms_beyond >= 0 and not time.is_over:
+    if is_searched and readable is None and stops[0].terms_beyond >= 0 and not time.is_over:
         wider = wider_stop(exact, TERM, budgets[0], partial(search_at, exact, most_terms=READABLE))
         stops += [] if wider is None else [wider]
     return stops, asked if is_given or readable is None else readable.budget
