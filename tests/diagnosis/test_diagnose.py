@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from diagnosed_logs import Arrays, late, log_of, said, written
+from diagnosed_logs import Arrays, late, log_of, said, told_numbers, written
 from faulty_logs import Robot, ceiling, compensated
 from gd_analyze.diagnosis.answer import TELLS_NOTHING, answer
 from gd_analyze.diagnosis.causes import CLEAR_FALL, is_unexplained
@@ -399,13 +399,6 @@ def test_reversed_torques_are_noticed_in_products_alone(robot, good):
     equations = equations_of(reversed_.samples, reversed_.correction)
     alone = fitted(equations, signs(2, [0, 1]), FEWEST_SAMPLES)
     assert abs(alone.score - problem_of(robot, good).null.score) < 1e-6 * abs(alone.score)
-
-
-def told_numbers(text: str) -> tuple[np.ndarray, np.ndarray]:
-    """Values and standard errors that a sentence states."""
-    pairs = re.findall(r"([\d.]+) ± ([\d.]+)", text)
-    values, errors = np.array(pairs, dtype=float).T
-    return values, errors
 
 
 @pytest.mark.parametrize("seed", [3, *map(long, range(4, 8))])

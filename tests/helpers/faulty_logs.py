@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -451,3 +451,14 @@ def good_log(file: RobotArm, seed: int) -> tuple[str, Trajectory]:
         torque[:, rests] = torque_of(robot.arm, robot.states, drives=False)[:, rests]
         return kind, robot.log(robot.time, q, robot.noisy(torque))
     return kind, robot.log(*robot.as_it_is)
+
+
+def loads(robot: Robot, masses: Sequence[float], seed: int = 0) -> list[Trajectory]:
+    """Logs of one robot along motions of their own, which carries a mass in each."""
+    out = []
+    for k, mass in enumerate(masses):
+        moved = robot.along(100 * seed + k, seconds=10.0)
+        arm = with_payload(robot.arm, mass, np.array([0.02, 0.03, 0.05])) if mass else robot.arm
+        log = moved.log(moved.time, moved.states.q, moved.noisy(moved.torque(arm)))
+        out.append(replace(log, name=f"log-{k + 1}"))
+    return out
