@@ -22,13 +22,17 @@ from gd_analyze.types import Diagnosis
 from logs_of_arms import with_torque
 from long_cases import long
 
-MASS = 2.0
+
+@pytest.fixture(scope="module", params=["two_link", long("ur_like")])
+def robot(request, two_link) -> Robot:
+    """A robot whose file is off."""
+    return Robot.of(ur_like() if request.param == "ur_like" else two_link, 3)
 
 
 @pytest.fixture(scope="module")
-def robot() -> Robot:
-    """An arm like a UR5e, whose file is off."""
-    return Robot.of(ur_like(), 3)
+def mass(robot) -> float:
+    """A load that is put on: of an arm like a UR5e 2 kg."""
+    return 0.11 * float(robot.file.mass.sum())
 
 
 @pytest.fixture(scope="module")
@@ -57,44 +61,42 @@ def test_of_equal_logs_nothing_is_said(robot, logs):
 
 
 @pytest.mark.parametrize("which", [1, long(0), long(2)])
-def test_a_load_of_one_log_is_told_with_its_name(robot, which):
-    masses = [MASS if k == which else 0.0 for k in range(3)]
+def test_a_load_of_one_log_is_told_with_its_name(robot, mass, which):
+    masses = [mass if k == which else 0.0 for k in range(3)]
     found = gd.diagnose(robot.file, loads(robot, masses))
     assert [cause.name for cause in found.causes] == ["load of a log"]
     assert names_in(found) == [f"log-{which + 1}"]
-    (mass,), (error,) = told_numbers(found.causes[0].what)
-    assert abs(mass - MASS) < 2.0 * error < 0.3 * MASS
+    (value,), (error,) = told_numbers(found.causes[0].what)
+    assert abs(value - mass) < 2.0 * error < 0.4 * mass
     assert "more" in found.causes[0].what
     # What remains is noise again.
-    assert found.after.remains < 0.04 < 0.2 < found.before.remains
+    assert found.after.remains < 0.04 < 0.1 < found.before.remains
     assert word_of(found) == "does not agree"
 
 
-@pytest.mark.slow
-def test_a_load_that_one_log_lacks(robot):
+def test_a_load_that_one_log_lacks(robot, mass):
     """All but one carry it: the file lacks it, and that one carries less."""
-    found = gd.diagnose(robot.file, loads(robot, [MASS, MASS, 0.0]))
+    found = gd.diagnose(robot.file, loads(robot, [mass, mass, 0.0]))
     assert names_in(found) == ["log-3"]
     assert any("less" in cause.what for cause in found.causes)
 
 
-def test_of_two_logs_one_carries_more(robot):
+def test_of_two_logs_one_carries_more(robot, mass):
     """Either may be the other's difference: that which carries more is named."""
-    found = gd.diagnose(robot.file, loads(robot, [MASS, 0.0]))
+    found = gd.diagnose(robot.file, loads(robot, [mass, 0.0]))
     assert names_in(found) == ["log-1"]
     assert "more" in found.causes[0].what
 
 
-@pytest.mark.slow
-def test_two_logs_of_four_carry_the_same(robot):
-    found = gd.diagnose(robot.file, loads(robot, [0.0, MASS, 0.0, MASS]))
+def test_two_logs_of_four_carry_the_same(robot, mass):
+    found = gd.diagnose(robot.file, loads(robot, [0.0, mass, 0.0, mass]))
     assert names_in(found) == ["log-2", "log-4"]
 
 
-@pytest.mark.parametrize("joints", [[0, 1, 2, 3, 4, 5], long([1])])
-def test_friction_of_another_day(robot, logs, joints):
+@pytest.mark.parametrize("first_joint", [0, 1])
+def test_friction_of_another_day(robot, logs, first_joint):
     colder = robot.along(7, seconds=10.0)
-    colder.friction[joints, :3] *= 1.7
+    colder.friction[first_joint:, :3] *= 1.7
     torque = colder.noisy(colder.torque())
     other = replace(colder.log(colder.time, colder.states.q, torque), name="monday")
     found = gd.diagnose(robot.file, [*logs[:2], other])
@@ -115,11 +117,10 @@ def test_torques_of_one_log_in_another_scale(robot, logs, factor):
         assert abs(value - factor) < 3.0 * error < 0.2
 
 
-@pytest.mark.slow
 def test_another_fault_of_one_log_is_found_by_itself(robot, logs):
     """No common answer explains the three."""
     first, second, third = logs
-    signs = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+    signs = np.where(np.arange(robot.file.n_joints) == 1, -1.0, 1.0)
     found = gd.diagnose(robot.file, [first, second, with_torque(third, signs * torques(third))])
     ((log, cause),) = found.apart
     assert (log, cause.name) == ("log-3", "torque sign")
@@ -127,10 +128,10 @@ def test_another_fault_of_one_log_is_found_by_itself(robot, logs):
     assert word_of(found) == "does not agree"
 
 
-@pytest.mark.parametrize("seed", [0, *map(long, range(1, 20))])
-def test_no_difference_is_claimed_of_good_logs(seed):
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, *map(long, range(4, 20))])
+def test_no_difference_is_claimed_of_good_logs(robot, seed):
     """Files are off by 5 to 25 %; motions, slow ones too, differ."""
-    robot = Robot.of(ur_like(), 200 + seed)
+    robot = Robot.of(robot.file, 200 + seed)
     good = []
     for k, share in enumerate([0.9, 0.5, 0.9][: 2 + seed % 2]):
         moved = robot.along(1000 + 10 * seed + k, seconds=10.0, share=share)
@@ -140,15 +141,15 @@ def test_no_difference_is_claimed_of_good_logs(seed):
     assert not found.apart
 
 
-def test_motions_of_a_pool_are_told_apart(robot):
+def test_motions_of_a_pool_are_told_apart(robot, mass):
     """As where the main job reads a folder."""
-    found = gd.diagnose(robot.file, pool(loads(robot, [0.0, MASS, 0.0])))
+    found = gd.diagnose(robot.file, pool(loads(robot, [0.0, mass, 0.0])))
     assert names_in(found) == ["log-2"]
 
 
-def test_logs_that_differ_are_not_identified_together(robot):
+def test_logs_that_differ_are_not_identified_together(robot, mass):
     with pytest.raises(UsageError, match="log-2"):
-        gd.identify(robot.file, loads(robot, [0.0, MASS, 0.0]))
+        gd.identify(robot.file, loads(robot, [0.0, mass, 0.0]))
 
 
 def test_a_folder_is_its_logs(tmp_path, two_link):
