@@ -12,7 +12,7 @@ from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions,
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
-from gd_analyze.diagnosis.of_one_log import OF_LOGS, FrictionOfLogs
+from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.text import named_joints, percent
@@ -106,7 +106,7 @@ def opening(diagnosis: Diagnosis) -> str:
     if word == "tells nothing":
         return f"{TELLS_NOTHING}: {_FRICTION_ALONE}" if diagnosis.problem.moving else f"{TELLS_NOTHING}."
     compared = np.flatnonzero(np.isfinite(fit.residuals)).tolist()
-    if diagnosis.apart or any(cause.name in OF_LOGS for cause in diagnosis.causes):
+    if diagnosis.apart or any(cause.name in DIFFERENCES for cause in diagnosis.causes):
         return "The logs do not agree with each other."
     if diagnosis.causes and not is_unexplained(diagnosis.before):
         return (

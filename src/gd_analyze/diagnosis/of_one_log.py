@@ -171,8 +171,8 @@ class ScaleOfLogs(Hypothesis):
         )
 
 
-# Names of what single logs differ in.
-OF_LOGS = (ScaleOfLogs.name, LoadOfLogs.name, FrictionOfLogs.name)
+# Kinds of what single logs differ in.
+DIFFERENCES = (ScaleOfLogs.name, LoadOfLogs.name, FrictionOfLogs.name)
 
 
 def _of_joints(columns: FloatArray, sizes: FloatArray, joints: Sequence[int]) -> Added:
