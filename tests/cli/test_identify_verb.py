@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable
 
 import numpy as np
@@ -67,6 +68,33 @@ def test_terminal_tells_the_answer_first(run, here, true):
     assert counted in " ".join(result.out.splitlines()[:3])
     assert max(map(len, result.out.splitlines())) <= 90
     assert "supports" not in run("identify two_link log.csv --no-model --plain").out
+
+
+def test_the_last_line_is_a_command_that_agrees(run, here, true):
+    """With names and signs that only options tell, of logs with a blank in their names."""
+    for seed, name in enumerate(["my log.csv", "other.csv"], start=1):
+        csv(true, seed, name=name)
+        table = np.loadtxt(name, delimiter=",", skiprows=1) * [1, 1, 1, -1, -1]
+        np.savetxt(name, table, delimiter=",", header="clock,a1,a2,t1,t2", comments="", fmt="%.10g")
+    maps = ["--map", "time=clock", "--map", "q=a*", "--map", "torque=t*"]
+    options = [*maps, "--torque-sign", "-1", "--measured", "--cutoff", "6Hz"]
+    words = ["my log.csv", "other.csv", *options, "--no-model"]
+    result = run("identify two_link", *words, "-o", "its arm.toml")
+    assert result.code == 0, result.err
+    next_line = result.out.splitlines()[-1]
+    command = next_line.removeprefix("next: gd-analyze ")
+    assert command != next_line
+    typed = run("", *shlex.split(command), "--level", "element", "--format", "html", "--json")
+    assert typed.code == 0, typed.err
+    answer = run("identify two_link", *words, "-o", "its arm.toml", "--json").json
+    assert answer["next"] == f"gd-analyze {command}"
+    # Beside the friction the fitted arm leaves no more of the torque than the identification says.
+    measured = typed.json["measured_torque"]
+    assert measured["verdict"] == "agrees"
+    for row, joint in zip(answer["joints"], measured["joints"], strict=True):
+        assert joint["rms_beside_friction"] <= row["identified"]
+    # Without a file of the arm there is nothing to type.
+    assert "next" not in run("identify two_link", *words, "--json").json
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from gd_analyze.report.terminal import text_of
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.types import Drive
 from long_cases import long
-from recordings import swung, with_torques
+from recordings import recorded, swung, with_torques
 
 
 def test_the_formats_are_those_of_the_library():
@@ -204,6 +205,20 @@ def test_measured_torques_and_friction(measured_findings):
     assert found["diagnosis"]["cause"] is not None
     assert found["diagnosis"]["remedy"] in found["agreement"]
     assert "`gd-analyze diagnose ROBOT LOG`" in found["agreement"]
+
+
+def test_the_next_command_mends_what_the_log_contradicts(run, here):
+    """Typed as printed, with the options that were typed before: the file then describes the robot."""
+    log = recorded(gd.load_arm("two_link"), gain=-1.0, noise=0.05)
+    table = np.column_stack([log.time, log.q, log.recording.torque])
+    np.savetxt("my log.csv", table, delimiter=",", header="t,q1,q2,tau1,tau2", comments="", fmt="%.10g")
+    contradicted = run("two_link", "my log.csv", "--level", "element", "--out", "one")
+    *_, last = contradicted.out.splitlines()
+    assert last == "next: gd-analyze two_link 'my log.csv' --level element --out one --torque-sign -1"
+    mended = run("", *shlex.split(last.removeprefix("next: gd-analyze ")))
+    assert mended.code == 0, mended.err
+    assert "The file describes this robot" in " ".join(mended.out.split())
+    assert "next:" not in mended.out
 
 
 def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_for(two_link, swing):

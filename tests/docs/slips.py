@@ -76,7 +76,7 @@ class Slip:
             return Outcome("named" if cause in self.cause.split(" or ") else "another cause named", headline)
         return (
             Outcome("silent")
-            if headline.startswith("The file describes this robot: with")
+            if headline.endswith("of the torque or less is left.")
             else Outcome("warned", headline)
         )
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from gd_analyze import read_log
 from gd_analyze.errors import TrajectoryError
+from gd_analyze.types import Reading
 from gd_analyze.units import TIME_UNITS
 from log_arms import arm_of
 from strategies import examples
@@ -188,3 +189,41 @@ def test_a_cell_that_is_no_date_among_dates(refused):
 def test_refusals(case, refused):
     content, asked, says = CASES[case]
     refused(says, content, ONE, **asked)
+
+
+@pytest.mark.parametrize(
+    ("head", "name", "option"),
+    [
+        ("# sampled at 250 Hz\n", "log.csv", "--map time=250Hz"),
+        ("# rate: 500\n", "log.csv", "--map time=500Hz"),
+        ("# robot: mine\n# fs=100\n", "log.csv", "--map time=100Hz"),
+        ("# Sampling frequency [Hz] = 62.5\n", "log.csv", "--map time=62.5Hz"),
+        ("# sample_rate_hz: 1000\n# 1 kHz\n", "log.csv", "--map time=1000Hz"),
+        ("", "swing_125Hz.csv", "--map time=125Hz"),
+        ("", "sine_2Hz_at_125Hz.csv", "--map time=125Hz"),
+        ("# sampling rate: 5 Hz\n", "sine_2Hz.csv", "--map time=5Hz"),
+        # Of two rates, of other frequencies, and of numbers that are none nothing is taken.
+        ("# 250 Hz\n", "swing_125Hz.csv", "--map time=RATEHz"),
+        ("# 250 Hz, low-pass at 20 Hz\n", "log.csv", "--map time=RATEHz"),
+        ("# baud rate: 9600\n# rate: high\n# rate: 0\n", "log.csv", "--map time=RATEHz"),
+    ],
+)
+@pytest.mark.parametrize(
+    "columns", ["actual_q_0,actual_q_1,temp", "q1,q2", "sample,actual_q_0,actual_q_1", "0.1,0.2,0.3,0.4"]
+)
+def test_the_rate_that_a_log_states_is_proposed_and_never_taken(columns, head, name, option, refused):
+    """Without a time, with a count of samples, and without a header; what is printed is typed."""
+    rows = "".join(
+        ",".join(str(k + c * (c + k)) for c in range(columns.count(",") + 1)) + "\n" for k in range(5)
+    )
+    says = option.replace("=", "=sample:") if columns.startswith("sample") else option
+    refused(says, f"{head}{columns}\n{rows}", arm_of("hip", "knee"), name)
+
+
+def test_a_number_beside_arrays_may_state_the_rate(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez(path, q=np.random.default_rng(0).normal(size=(50, 2)), fs=np.float64(125.0), n=3)
+    with pytest.raises(TrajectoryError, match=r'--map time=125Hz, as "fs = 125\.0" says'):
+        read_log(path, arm_of("hip", "knee"))
+    logged = read_log(path, arm_of("hip", "knee"), Reading.of(map=["time=125Hz"]))
+    np.testing.assert_allclose(logged.time, np.arange(50) / 125.0)

@@ -62,6 +62,15 @@ class GivenRobot:
     gravity: str | None = None
     drive_inertia: str | None = None
 
+    @property
+    def words(self) -> list[str]:
+        """Its name and options as they are typed."""
+        from gd_analyze.motions.corrections import as_options
+
+        stated = {key: value for key, value in vars(self).items() if key != "name" and value}
+        lists = {key: list(value) if isinstance(value, tuple) else value for key, value in stated.items()}
+        return [self.name, *as_options(lists)]
+
     def load(
         self, payload: Link | None = None, logs: Sequence[str] = (), *, masses: bool = True
     ) -> gd.types.RobotArm:

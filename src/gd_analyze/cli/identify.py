@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import click
@@ -73,7 +74,8 @@ def identify(
     r"""Fit an arm's links, drives and friction to logs of motions and torques.
 
     What the logs do not determine keeps the file's values. The result states how well the fit predicts
-    held-out torques, and what of it is doubtful.
+    held-out torques, and what of it is doubtful. With -o the last line is the command that takes the fitted
+    arm along the logs, read in the same way.
 
     \b
     Examples:
@@ -117,4 +119,7 @@ def identify(
         answer = None if no_model or identification.doubts else supported(identification, fitted[0])
         result = identification_result(identification, answer, provenance(command_line()))
         files.write(result, progress)
-    output.give(result, out, *files.paths)
+    next_command = ""  # standard input cannot be read again
+    if out is not None and "-" not in logs:
+        next_command = shlex.join(["gd-analyze", str(out), *logs, *log_options.words_of_reading()])
+    output.give(result, out, *files.paths, next_command=next_command)

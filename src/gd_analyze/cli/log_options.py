@@ -117,6 +117,22 @@ def reading_asked() -> tuple[gd.types.Reading | None, gd.types.Treatment | None]
     return Reading.of(**reading) if reading else None, Treatment(**treatment) if treatment else None
 
 
+def words_of_reading() -> list[str]:
+    """The options on how logs are read, as words that say the same in any verb that reads them."""
+    context = click.get_current_context()
+    words = context.meta.get(_KEPT, {})
+    typed: list[str] = []
+    for option in context.command.params:
+        if isinstance(option, click.Option) and option.name in words:
+            value = words[option.name]
+            if option.is_flag:
+                typed.append((option.opts if value else option.secondary_opts)[0])
+            else:
+                values = value if option.multiple else [value]
+                typed += [word for each in values for word in (option.opts[0], str(each))]
+    return typed
+
+
 def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:
     """Read a trajectory or a log as the command's options say."""
     return gd.read_trajectory(path, arm, *reading_asked(), progress=progress)

@@ -46,15 +46,22 @@ class Output:
         self.warnings[:] = dict.fromkeys([*texts, *self.warnings])
 
     def give(
-        self, result: Result, *files: Path | None, folder: Path | None = None, replaced: str = ""
+        self,
+        result: Result,
+        *files: Path | None,
+        folder: Path | None = None,
+        replaced: str = "",
+        next_command: str = "",
     ) -> None:
         """Print a result as text or JSON, and the names of its files; those of a folder in one line.
 
-        `replaced` says in words what the files replaced.
+        `replaced` says in words what the files replaced; `next_command` is the last line.
         """
         written = [path for path in files if path is not None]
         if self.as_json:
-            ends = {"warnings": self.warnings, "files": list(map(str, written))}
+            ends: dict[str, Any] = {"warnings": self.warnings, "files": list(map(str, written))}
+            if next_command:
+                ends["next"] = next_command
             # In ASCII and without the NaN and Infinity that JSON does not know.
             click.echo(json.dumps(result.values() | ends, indent=2, allow_nan=False))
         elif not self.quiet:
@@ -68,10 +75,12 @@ class Output:
                 where = str(folder).replace(" ", "\u00a0")
                 names = ", ".join(path.name for path in written)
                 click.echo("\n".join(wrapped(f"wrote {where}: {names}", width(), "  ")))
-                return
-            for path in written:
+            for path in () if folder is not None else written:
                 remark = f", which replaces {replaced}" if replaced else ""
                 click.echo(visible(f"wrote {path}{remark}"))
+            if next_command:
+                # In one line of its own, so that it can be pasted.
+                click.echo(visible(f"next: {next_command}"))
 
 
 def reporting(function: Callable[..., None]) -> Callable[..., None]:

@@ -35,9 +35,8 @@ _FAULTY_SHARE = 0.02
 _FAR_OFF = (
     "The file's links must be off by more than a file's usually are: check that it is the file of this arm."
 )
-_MENDED_BY_NOTHING = (
-    "No sign, unit, payload or column mends it; `gd-analyze identify` fits the links to the log."
-)
+# How the source of an arm begins whose numbers were fitted to logs.
+IDENTIFIED = "Identified by gd-analyze"
 TELLS_NOTHING = "The log does not tell whether the file describes this robot"
 _FRICTION_ALONE = (
     "friction alone explains the torques as well, "
@@ -109,9 +108,8 @@ def opening(diagnosis: Diagnosis) -> str:
     if diagnosis.apart or any(cause.name in DIFFERENCES for cause in diagnosis.causes):
         return "The logs do not agree with each other."
     if diagnosis.causes and not is_unexplained(diagnosis.before):
-        return (
-            f"The file describes this robot but for {'one thing' if len(diagnosis.causes) == 1 else 'two'}."
-        )
+        number = "one thing" if len(diagnosis.causes) == 1 else "two things"
+        return f"The file describes this robot but for {number}."
     if diagnosis.causes or not compared:
         return "The file does not fit this log."
     poor = _poor(diagnosis)
@@ -126,7 +124,16 @@ def opening(diagnosis: Diagnosis) -> str:
     shares = f"{', '.join(first)} and {last}" if first else last
     followed = _followed(diagnosis, poor)
     follows = f"; it follows {followed}" if followed != "nothing" else ""
-    return f"The file {subject} {joints} ({shares} is left{follows}). {_MENDED_BY_NOTHING}"
+    text = f"The file {subject} {joints} ({shares} is left{follows})."
+    return f"{text} No sign, unit, payload or column mends it."
+
+
+def is_for_identification(diagnosis: Diagnosis) -> bool:
+    """Whether links fitted to the log, which they were not before, may explain what no cause does."""
+    is_off = diagnosis.is_far_off or diagnosis.after.off >= _RIGHT_TORQUE_SHARE
+    is_identified = any(text.startswith(IDENTIFIED) for text in diagnosis.arm.sources)
+    is_poor = diagnosis.is_far_off or bool(_poor(diagnosis))
+    return not diagnosis.causes and is_poor and is_off and not is_identified
 
 
 def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:

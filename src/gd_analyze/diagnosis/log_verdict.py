@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from gd_analyze.diagnosis.answer import TELLS_NOTHING, Word, answer, opening, word_of
+from gd_analyze.diagnosis.answer import TELLS_NOTHING, Word, answer, is_for_identification, opening, word_of
 from gd_analyze.diagnosis.diagnose import Diagnosis, diagnosed
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
@@ -50,6 +50,8 @@ def log_verdict(arm: RobotArm, motions: Sequence[Trajectory]) -> LogVerdict:
         text = f"{TELLS_NOTHING}: {error.what}."
         return LogVerdict("tells nothing", text, text, None)
     word, text = word_of(diagnosis), answer(diagnosis)
+    if is_for_identification(diagnosis):
+        text += " `gd-analyze identify` fits the links to the log."
     if word in DISPUTED:
         text += " `gd-analyze diagnose ROBOT LOG` shows where."
     return LogVerdict(word, opening(diagnosis), text, diagnosis)

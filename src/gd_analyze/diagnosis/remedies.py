@@ -95,6 +95,11 @@ class Remedy:
         return shlex.join(as_options({**self.reading, **self.arm}))
 
     @property
+    def is_all_typed(self) -> bool:
+        """Whether its options are all that there is to do."""
+        return bool(self.options) and not self._all_edits() and self.is_typed
+
+    @property
     def advice(self) -> str:
         """What to do, in sentences."""
         options, edits = self.options, self._all_edits()

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.answer import IDENTIFIED
 from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.dynamics.drivetrain import rubbing
 from gd_analyze.identification.estimate import SIGMAS, Estimate, start_of
@@ -145,7 +146,7 @@ def sources_of(
     identifiable = (parameter for parameter in parameters if parameter.identifiable)
     errors = ", ".join(f"{x.symbol} {with_error(x.value, x.error)} {x.unit}" for x in identifiable)
     day = datetime.date.today().isoformat()
-    return f"Identified by gd-analyze on {day} from {'; '.join(logs)}. Standard errors: {errors}.{note}"
+    return f"{IDENTIFIED} on {day} from {'; '.join(logs)}. Standard errors: {errors}.{note}"
 
 
 def payload_of(arm: RobotArm, body: FloatArray, deviations: FloatArray) -> FloatArray:

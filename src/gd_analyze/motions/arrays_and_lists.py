@@ -115,7 +115,10 @@ def _table_of_arrays(path: str | Path, tree: Mapping[str, Any]) -> ArrayTable:
         elif rows in array.shape:
             matrix = array.T if array.shape[0] == rows else array
             columns |= {f"{name}_{k}": column for k, column in enumerate(matrix, start=1)}
-    return ArrayTable(path, tuple(columns), tuple(map(_stored, columns.values())))
+    about = tuple(
+        f"{name.rpartition(_BELOW)[2]} = {array}" for name, array in arrays.items() if not array.ndim
+    )
+    return ArrayTable(path, tuple(columns), tuple(map(_stored, columns.values())), about=about)
 
 
 def _stored(values: NDArray[Any]) -> NDArray[Any]:

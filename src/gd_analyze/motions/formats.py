@@ -24,6 +24,7 @@ from gd_analyze.motions.arrays_and_lists import (
 from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import Reading, refusal
 from gd_analyze.motions.ros import echoed_names, read_bag
+from gd_analyze.motions.stated_rate import stated_rate
 from gd_analyze.motions.table import LogTable, ParquetTable
 from gd_analyze.motions.text import TextTable, is_number, refuse_long_names
 from gd_analyze.motions.units_by_numbers import rate_of_factors
@@ -173,7 +174,7 @@ def _naming(table: LogTable, joints: int) -> str:
     begins = range(has_time, width - joints + 1, joints)
     numeric = [k for k in begins if all(_is_numeric(table, k + joint) for joint in range(joints))]
     roles = dict(zip(numeric, _derivatives(table, has_time, numeric, joints), strict=False))
-    options = ["time=#1" if has_time else "time=RATEHz"]
+    options = ["time=#1" if has_time else f"time={stated_rate(table)[0]}"]
     options += [f"{role}={_numbers(begin, joints)}" for begin, role in roles.items()]
     step = f"if these are the columns: {' '.join(map(map_option, options))}"
     others = [begin for begin in numeric if begin not in roles]

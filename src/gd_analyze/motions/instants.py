@@ -13,7 +13,8 @@ from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.sampling import usual_step
-from gd_analyze.motions.table import Stamps
+from gd_analyze.motions.stated_rate import stated_rate
+from gd_analyze.motions.table import LogTable, Stamps
 from gd_analyze.motions.units_by_numbers import (
     LONGEST_USUAL_STEP,
     rate_of_factors,
@@ -95,18 +96,20 @@ def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
 
 def _no_time(log: NamedLog, stand: Sequence[int]) -> TrajectoryError:
     table = log.table
+    rate, words = stated_rate(table)
+    by_rate = f"give the samples per second: --map time={rate}{words}"
     if stand:
         cell = table.head(stand[0])[0]
         stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
         message = f"all rows at one instant: {table.names[stand[0]]} does not change"
-        step = "write its stamps with all digits, or give the samples per second: --map time=RATEHz"
+        step = f"write its stamps with all digits, or {by_rate}"
         return refusal(message, table.where(None, stand[0]), "stamps that increase", stamp, step)
     for k, name in enumerate(log.names):
         if name.role == "time" and name.fault:
             message = f"the time in column {name.text} is text that is not read as instants"
             expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
             return refusal(message, table.where(None, k), expected, in_python(table.head(k)[0]))
-    step = "name it with --map time=COLUMN, or give the samples per second: --map time=RATEHz"
+    step = f"name it with --map time=COLUMN, or {by_rate}"
     expected = "a column such as time, timestamp or header.stamp, in numbers"
     message = "no column is recognized as time"
     return refusal(message, table.where(), expected, listed_names(table.names), step)
@@ -150,7 +153,7 @@ def in_seconds(
     stamps: Sequence[Stamps],
     chosen: TimeColumns,
     rate: float | None,
-    place: tuple[str, Location],
+    table: LogTable,
     factors_of: Callable[[FloatArray], FloatArray],
     unstated: Collection[str],
 ) -> tuple[FloatArray, tuple[str, str]]:
@@ -165,6 +168,8 @@ def in_seconds(
         return values - _first(values), ("s", chosen.why)
     stamp = stamps[0]
     first = _first(stamp.offsets)
+    column = chosen.columns[0]
+    place = table.label(column), table.where(None, column)
     clock = _Clock(stamp.offsets - first, stamp.base + first, *place)
     unit, why = (stamp.unit, "dates and times") if stamp.unit else (chosen.unit, chosen.why)
     if stamp.unit and chosen.why == "as given" and chosen.unit:
@@ -185,7 +190,8 @@ def in_seconds(
     counts = unit == SAMPLE or (clock.is_whole and step == 1.0)
     if not counts and (step == 0.0 or _SHORTEST_STEP_SECONDS <= step <= LONGEST_USUAL_STEP):
         return clock.values, ("s", "no unit stated")
-    raise _unknown_unit(clock, counts, "" if by_velocities else rate_of_factors(factors))
+    rate_by_velocities = "" if by_velocities else rate_of_factors(factors)
+    raise _unknown_unit(clock, counts, rate_by_velocities, stated_rate(table))
 
 
 def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, tuple[str, str]]:
@@ -203,14 +209,17 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, tuple[s
     return clock.values / rate, (SAMPLE, f"{rate:g} Hz as given")
 
 
-def _unknown_unit(clock: _Clock, counts: bool, rate: str) -> TrajectoryError:
-    """Refusal of a unit that neither name nor numbers say; `rate` is that of the samples it may count."""
+def _unknown_unit(
+    clock: _Clock, counts: bool, rate_by_velocities: str, stated: tuple[str, str]
+) -> TrajectoryError:
+    """Refusal of a unit that neither name nor numbers say, with the rate of the samples it may count."""
     option, content = f"time={clock.name}", f"steps of {clock.step:g}, {len(clock.values)} rows"
-    if counts and rate:
-        content += f"; positions against velocities say about {rate}"
-        remedy = f"{map_option(f'{option}:{rate}')} if it counts samples"
+    if counts and rate_by_velocities:
+        content += f"; positions against velocities say about {rate_by_velocities}"
+        remedy = f"{map_option(f'{option}:{rate_by_velocities}')} if it counts samples"
     elif counts:
-        remedy = f"{map_option(f'{option}:RATEHz')} if it counts samples, "
+        rate, words = stated
+        remedy = f"{map_option(f'{option}:{rate}')} if it counts samples{words}, "
         remedy += f"{map_option(f'{option}:s')}, ms, us or ns otherwise"
     else:
         remedy = f"{map_option(f'{option}:{usual_unit(clock.step)}')} if these are readings, "

@@ -162,9 +162,7 @@ def _units_by_numbers(
         time = np.arange(float(len(q))) / choice.rate
         clock = SAMPLE, f"rows at {choice.rate:g} Hz"
     else:
-        column = choice.time.columns[0]
-        place = table.label(column), table.where(None, column)
-        time, clock = in_seconds(stamps, choice.time, choice.rate, place, factors, unstated)
+        time, clock = in_seconds(stamps, choice.time, choice.rate, table, factors, unstated)
     units = units_of_factors(factors(time), unstated=unstated)
     degrees: dict[str, str] = {role: BY_VELOCITIES for role in ("q", "qd") if role in (units or {})}
     # Velocities that contradict the positions of some joints leave their unit open.

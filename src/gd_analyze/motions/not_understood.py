@@ -8,10 +8,12 @@ from dataclasses import replace
 from gd_analyze.errors import TrajectoryError
 from gd_analyze.motions.column_units import unit_in_words, units_of
 from gd_analyze.motions.families import Family, families_of
+from gd_analyze.motions.fewer_joints import ways_to_hold
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import MotionRole, refusal
+from gd_analyze.robots.catalogue import options_to_hold
 from gd_analyze.text import in_python
 from gd_analyze.units import UNITS
 
@@ -34,18 +36,30 @@ def _options(said: Iterable[str]) -> str:
     return " or ".join(map_option(text) for text in said)
 
 
-def _candidates(log: NamedLog, role: str, columns: Iterable[int]) -> list[str]:
-    """What --map takes for the columns of each of the arm's joints among these, at most a few."""
-    as_role = {
+def _single(log: NamedLog, columns: Iterable[int]) -> list[Family]:
+    """Families that these columns would be as positions, with one column of each joint."""
+    as_positions = {
         k: replace(log.names[k], role="q", kind="", rank=0, label=(), fault="")
         for k in columns
         if _is_numeric(log, k)
     }
-    families = families_of(as_role, log.joints)
-    single = [
-        f for f in families if [len(columns) for columns in f.columns.values()] == [1] * log.arm.n_joints
-    ]
-    return [_said_of(role, family, log) for family in single[:_MOST_CANDIDATES]]
+    families = families_of(as_positions, log.joints)
+    return [family for family in families if {len(columns) for columns in family.columns.values()} == {1}]
+
+
+def _candidates(log: NamedLog, role: str, columns: Iterable[int]) -> list[str]:
+    """What --map takes for the columns of each of the arm's joints among these, at most a few."""
+    complete = [family for family in _single(log, columns) if len(family.columns) == log.arm.n_joints]
+    return [_said_of(role, family, log) for family in complete[:_MOST_CANDIDATES]]
+
+
+def _of_fewer_joints(log: NamedLog) -> str:
+    """What to do if unknown columns are the positions of most joints, but not of all; "" if they are not."""
+    for family in _single(log, _unknown(log)):
+        if 2 * len(family.columns) > log.arm.n_joints > len(family.columns):
+            for way in ways_to_hold(log, family.columns):
+                return f"if these are positions, and {way} {_options([_said_of('q', family, log)])}"
+    return ""
 
 
 def _is_numeric(log: NamedLog, column: int) -> bool:
@@ -127,6 +141,8 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     expected = f"{_PLURAL[role]} of all joints: {', '.join(names)}"
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
     step = f"--map '{role}:{lacking[0]}=COLUMN' names a column, or choose the log's arm"
+    ways = ways_to_hold(log, columns) if role == "q" else []
+    step = "; ".join([*(f"if {way}" for way in ways), step])
     every = sorted((*used, *(() if nearest is None else nearest.extra)))
     if len(every) == arm.n_joints and len(used) == len(columns):
         in_order = f"{role}={','.join(typed_columns(every, table))}"
@@ -153,6 +169,10 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
             step = (
                 f"if these are the same joints in this order: {_options(['joints=' + ','.join(strangers)])}"
             )
+        elif len(strangers) < arm.n_joints and "" not in strangers:
+            outer = options_to_hold(arm, range(len(strangers), arm.n_joints))
+            listed = _options(["joints=" + ",".join(strangers)])
+            step = f"if these are the first joints in this order: {outer} {listed}" if outer else step
         message = f"the log's joints are not those of arm {arm.name}"
         return refusal(message, table.where(), names, listed_names([*strangers.values()]), step)
     message = "no column is recognized as a joint position"
@@ -161,6 +181,8 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
     said = _candidates(log, "q", _unknown(log)) or _all_that_is_left(log)
     if said:
         step = f"if these are positions: {_options(said)}, with :deg behind it for degrees"
+    elif of_fewer := _of_fewer_joints(log):
+        step = of_fewer
     elif fault:
         message, step = f"{message}: {fault}", step or "name others with --map q=LIST"
     else:

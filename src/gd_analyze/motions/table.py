@@ -92,6 +92,7 @@ class LogTable(ABC):
 
     path: str | Path  # source, for messages
     names: tuple[str, ...]  # names of the columns; all empty if there is no header
+    about: tuple[str, ...] = ()  # texts beside the columns that describe the log
     planned: bool | None = None  # whether the kind of message is a plan; None if unknown
     set_points: bool = False  # whether the file has a header of set points: time, q1, qd1_deg
     header_line: int | None = None  # line of the names
@@ -138,6 +139,7 @@ class ArrayTable(LogTable):
     planned: bool | None = None
     lines: tuple[int, ...] = ()
     wrong: Mapping[int, TrajectoryError] = field(default_factory=dict)  # why rows could not be read
+    about: tuple[str, ...] = ()
 
     def head(self, column: int) -> list[str | float]:
         """First numbers of a column."""

@@ -201,6 +201,7 @@ class TextTable(LogTable):
         self.first_lines = lines if len(head) < _HEAD_BYTES else lines[:-1] or lines
         self.layout: TextLayout = layout_of(self.first_lines, path)
         self.names, self.header_line = self.layout.names, self.layout.header or None
+        self.about = tuple(lines[: self.layout.first - 1])
         self._head = [self._cells(number, line) for number, line in islice(self._lines(), HEAD_ROWS)]
         self.first_cells = self._head[0]
         self._dates = [k for k in range(len(self.names)) if nanoseconds_in(self._first(k)) is not None]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.answer import answer, what_remains_follows
+from gd_analyze.diagnosis.answer import answer, is_for_identification, what_remains_follows
 from gd_analyze.diagnosis.causes import CLEAR_FALL, CLEAR_FALL_SHARE
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
@@ -77,6 +77,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     attributes = {
         "answer": answer(diagnosis),
         "remedy": str(diagnosis.remedy),
+        "options": diagnosis.remedy.options if diagnosis.remedy.is_all_typed else "",
+        "identify": int(is_for_identification(diagnosis)),
         "logs": "\n".join(diagnosis.logs),
         "tells": int(diagnosis.tells),
         "masses_off": diagnosis.after.off if is_compared else 0.0,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from os import PathLike
@@ -167,6 +168,20 @@ def is_xml(path: Path) -> bool:
     except OSError:
         return False
     return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
+
+
+def options_to_hold(arm: RobotArm, joints: Collection[int]) -> str:
+    """Options that hold some joints, from 0, at 0: --tip if they are the outermost; "" if no option does.
+
+    Only of URDF and MJCF a part can be selected.
+    """
+    source = arm.joints[0].source
+    if source is None or not is_xml(Path(source.path)):
+        return ""
+    first = min(joints)
+    if len(joints) == arm.n_joints - first and first > 0:
+        return shlex.join(["--tip", arm.links[first - 1].name])
+    return " ".join(shlex.join(["--lock", f"{arm.joints[joint].name}=0"]) for joint in sorted(joints))
 
 
 def _path_of(name_or_path: object) -> Path:
