@@ -84,14 +84,15 @@ def with_error(value: float, error: float) -> str:
         return number(value)
     if not 1e-3 <= max(abs(value), error) < 1e5:
         return f"{number(value)} ± {error:.1e}"
-    place = 1 - math.floor(math.log10(float(f"{error:.1e}")))
-    rounded, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
-    return " ± ".join(f"{x:.{decimals}f}" for x in rounded)
+    return " ± ".join(to_digits_of(x, error) for x in (value, error))
 
 
 def to_digits_of(value: float, error: float) -> str:
-    """Format a value to the digits of its standard error."""
-    return with_error(value, error).split(" ")[0]
+    """Format a value to two digits of its standard error."""
+    if not 0.0 < error < math.inf:
+        return number(value)
+    place = 1 - math.floor(math.log10(float(f"{error:.1e}")))
+    return f"{round(value, place) + 0.0:.{max(place, 0)}f}"
 
 
 def percent(share: float) -> str:
