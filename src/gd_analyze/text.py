@@ -76,22 +76,23 @@ def amount(value: float, unit: str) -> str:
     return f"{number(value / factor)} {prefixed_unit}"
 
 
-def with_error(value: float, error: float, digits: int = 2) -> str:
-    """Format a value to the digits of its standard error, and the error."""
+def with_error(value: float, error: float) -> str:
+    """Format a value to the digits of its standard error, and the error, to two digits."""
     if not math.isfinite(value):
         return "–"
     if not 0.0 < error < math.inf:
         return number(value)
     if not 1e-3 <= max(abs(value), error) < 1e5:
-        return f"{number(value)} ± {error:.{digits - 1}e}"
-    place = digits - 1 - math.floor(math.log10(float(f"{error:.{digits - 1}e}")))
-    rounded, decimals = (round(x, place) + 0.0 for x in (value, error)), max(place, 0)
-    return " ± ".join(f"{x:.{decimals}f}" for x in rounded)
+        return f"{number(value)} ± {error:.1e}"
+    return " ± ".join(to_digits_of(x, error) for x in (value, error))
 
 
 def to_digits_of(value: float, error: float) -> str:
-    """Format a value to the digits of its standard error."""
-    return with_error(value, error).split(" ")[0]
+    """Format a value to two digits of its standard error."""
+    if not 0.0 < error < math.inf:
+        return number(value)
+    place = 1 - math.floor(math.log10(float(f"{error:.1e}")))
+    return f"{round(value, place) + 0.0:.{max(place, 0)}f}"
 
 
 def percent(share: float) -> str:

@@ -14,7 +14,7 @@ from gd_analyze.formulas.languages import rounded
 from gd_analyze.harmonics.terms import Factor, TorqueTerm, Velocity
 from gd_analyze.report.budget import budget_words
 from gd_analyze.schema import quantity_units, unit_of
-from gd_analyze.text import parted, short_name, short_names, with_error
+from gd_analyze.text import parted, short_name, short_names, to_digits_of, with_error
 
 # A prismatic joint's variable, times an acceleration of the first.
 SLIDING = TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),))
@@ -26,6 +26,7 @@ SLIDING = TorqueTerm(0, (Velocity(2, 1),), (Factor("power", (0, 1)),))
         (with_error(15.4512, 0.3811), "15.45 ± 0.38"),
         (with_error(-2043.0, 120.0), "-2040 ± 120"),
         (with_error(0.0, math.nan), "0"),
+        (to_digits_of(-8.123e-5, 9.4e-4), "-0.00008"),
         ([parted(*x) for x in (("12", 10, {2}), ("1,10", 10, {2}), ("10", 9, {1}))], [(0, 1), (0, 9), None]),
         (short_name("left_gripper_extension_joint_r", 16), "left_gri…joint_r"),
         (unit_of("inertia", True, False), "kg m"),

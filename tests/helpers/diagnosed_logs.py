@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -43,3 +44,10 @@ def said(*words: str, arm: str = "two_link") -> dict:
 def late(time: FloatArray, torque: FloatArray, lag: float) -> FloatArray:
     """Torques that lag."""
     return np.column_stack([np.interp(time - lag, time, column) for column in torque.T])
+
+
+def told_numbers(text: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard errors that a sentence states."""
+    pairs = re.findall(r"([\d.]+) ± ([\d.]+)", text)
+    values, errors = np.array(pairs, dtype=float).T
+    return values, errors

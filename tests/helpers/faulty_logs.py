@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,6 +78,15 @@ def arms() -> dict[str, RobotArm]:
     }  # fmt: skip
 
 
+def motion_of(
+    file: RobotArm, seconds: float, rate: float, seed: int, share: float
+) -> tuple[FloatArray, States]:
+    """Instants and states of a random Fourier series, of a share of what the limits allow."""
+    instants, states = fourier(file, seconds, rate, seed)
+    middle = states.q.mean(axis=0)
+    return instants, States(middle + share * (states.q - middle), share * states.qd, share * states.qdd)
+
+
 @dataclass
 class Robot:
     """A robot beside its file, and a log of it before anything is wrong."""
@@ -105,9 +114,7 @@ class Robot:
             links.append(replace(link, mass=heavier * link.mass, com=com,
                                  inertia_com=heavier * wider * link.inertia_com))  # fmt: skip
         arm = replace(file, links=tuple(links), drives=())
-        instants, states = fourier(file, seconds, rate, seed)
-        middle = states.q.mean(axis=0)
-        states = States(middle + share * (states.q - middle), share * states.qd, share * states.qdd)
+        instants, states = motion_of(file, seconds, rate, seed, share)
         rigid = torque_of(arm, states, drives=False)
         size = np.sqrt((rigid**2).mean(axis=0)) + 0.05 * np.sqrt((rigid**2).mean())
         fast = np.abs(states.qd).max(axis=0)
@@ -117,6 +124,11 @@ class Robot:
             rng.uniform(0.0, 0.08, n) * size, rng.uniform(0.0, 0.05, n), 0.05 * rng.normal(size=n) * size,
         ])  # fmt: skip
         return cls(arm, file, instants, states, friction, rng.uniform(0.0, 0.4, n) * size / pull, rng)
+
+    def along(self, seed: int, seconds: float = 16.0, rate: float = 125.0, share: float = 0.9) -> Robot:
+        """The same robot along another motion."""
+        instants, states = motion_of(self.file, seconds, rate, seed, share)
+        return replace(self, time=instants, states=states, friction=self.friction.copy())
 
     def torque(self, arm: RobotArm | None = None) -> FloatArray:
         """What the joints need."""
@@ -439,3 +451,14 @@ def good_log(file: RobotArm, seed: int) -> tuple[str, Trajectory]:
         torque[:, rests] = torque_of(robot.arm, robot.states, drives=False)[:, rests]
         return kind, robot.log(robot.time, q, robot.noisy(torque))
     return kind, robot.log(*robot.as_it_is)
+
+
+def loads(robot: Robot, masses: Sequence[float], seed: int = 0) -> list[Trajectory]:
+    """Logs of one robot along motions of their own, which carries a mass in each."""
+    out = []
+    for k, mass in enumerate(masses):
+        moved = robot.along(100 * seed + k, seconds=10.0)
+        arm = with_payload(robot.arm, mass, np.array([0.02, 0.03, 0.05])) if mass else robot.arm
+        log = moved.log(moved.time, moved.states.q, moved.noisy(moved.torque(arm)))
+        out.append(replace(log, name=f"log-{k + 1}"))
+    return out

@@ -86,6 +86,9 @@ def test_readings_are_those_of_all_where_all_have_some():
     assert (both.cutoff.tolist(), both.noise_q.tolist()) == ([3.0, 3.0], [5.0, 5.0])
     assert both.treatment[:2] == ("a: filtered", "b: filtered")
     assert both.treatment[2].endswith("3 Hz to 5 Hz")
+    whole = pool([recorded("a", 5.0), recorded("b", 3.0)])
+    for part, motion in zip(taken_apart(whole), whole.motions, strict=True):
+        np.testing.assert_array_equal(part.recording.torque, whole.recording.torque[motion.rows])
     assert pool([recorded("a", 5.0), recorded("b", 3.0, torque=False)]).recording.torque is None
     assert pool([recorded("a", 5.0), swung(1.0, "plan")]).recording is None
 

@@ -42,6 +42,7 @@ def diagnose(
       gd-analyze diagnose my_robot.urdf log.csv
       gd-analyze diagnose my_robot.urdf log.csv --torque-sign -1
       gd-analyze diagnose my_robot.urdf a.csv b.csv --report report
+      gd-analyze diagnose my_robot.urdf logs
     """
     with output.working() as progress:
         from gd_analyze.results.diagnosis_result import diagnosis_result
@@ -49,7 +50,7 @@ def diagnose(
         from gd_analyze.studies.study_files import StudyFolder
 
         arm = robot.load(payload, logs)
-        motions = [log_options.read_motion(word, arm, progress) for word in logs]
+        motions = log_options.read_logs(logs, arm, progress)
         inputs = [arm.name, *(motion.fingerprint for motion in motions)]
         files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
         require_outputs(*files.paths)

@@ -22,14 +22,15 @@ from gd_analyze.cli.output import Output, reporting, require_outputs
     type=TRAJECTORY,
     multiple=True,
     metavar="LOG",
-    help="A log that is predicted, not fitted; may be repeated.  [default: the last third of every log]",
+    help="A log that is predicted, not fitted, or a folder; may be repeated.  [default: the last third of "
+    "every log]",
 )
 @click.option(
     "--loaded",
     type=TRAJECTORY,
     multiple=True,
     metavar="LOG",
-    help="A log with an unknown payload, which is identified, too. May be repeated.",
+    help="A log with an unknown payload, which is identified, too, or a folder. May be repeated.",
 )
 @click.option(
     "--mass",
@@ -94,8 +95,7 @@ def identify(
             require_name_of_toml(out)
         arm = robot.load(logs=logs, masses=False)
         fitted, held_out_motions, carrying = (
-            [log_options.read_motion(word, arm, progress) for word in words]
-            for words in (logs, held_out, loaded)
+            log_options.read_logs(words, arm, progress) for words in (logs, held_out, loaded)
         )
         motions = [motion.fingerprint for motion in (*fitted, *held_out_motions, *carrying)]
         inputs = [arm.name, *motions, str(plain), *([] if mass is None else [f"{mass:g} kg"])]

@@ -100,7 +100,7 @@ logs = together(
         nargs=-1,
         required=True,
         metavar="LOG...",
-        help="Recordings with torques, or currents (--torque-constant); options: "
+        help="Recordings with torques, or currents (--torque-constant), or a folder of them; options: "
         "`gd-analyze columns --help`.",
     ),
     log_options,
@@ -136,6 +136,15 @@ def words_of_reading() -> list[str]:
 def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:
     """Read a trajectory or a log as the command's options say."""
     return gd.read_trajectory(path, arm, *reading_asked(), progress=progress)
+
+
+def read_logs(
+    words: tuple[str, ...], arm: gd.types.RobotArm, progress: gd.types.Progress
+) -> list[gd.Trajectory]:
+    """Read logs or folders of them as the command's options say, each by itself."""
+    from gd_analyze.motions.pool import motions_of
+
+    return motions_of(words, arm, partial(read_motion, progress=progress)) if words else []
 
 
 def read_motions(

@@ -12,6 +12,7 @@ from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions,
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
+from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.text import named_joints, percent
@@ -49,9 +50,9 @@ def word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file, where the logs tell anything beside friction.
 
     They do not agree if a column is of no use, the links must be off by more than a file's usually are, most
-    of a joint's torque remains, or there is a cause of more than a file's usual error. They agree in part if
-    there is a smaller cause, many readings are faulty, the links are off by much, or more remains than a
-    file's usual error leaves.
+    of a joint's torque remains, logs have causes of their own, or there is a cause of more than a file's
+    usual error. They agree in part if there is a smaller cause, friction of some logs differs, many readings
+    are faulty, the links are off by much, or more remains than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
@@ -60,10 +61,12 @@ def word_of(diagnosis: Diagnosis) -> Word:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
-    if diagnosis.is_far_off or is_most_left:
+    if diagnosis.is_far_off or is_most_left or diagnosis.apart:
         return "does not agree"
     if diagnosis.causes:
-        return "does not agree" if is_unexplained(diagnosis.before) else "agrees in part"
+        is_friction = all(cause.name == FrictionOfLogs.name for cause in diagnosis.causes)
+        is_clear = is_unexplained(diagnosis.before) and not is_friction
+        return "does not agree" if is_clear else "agrees in part"
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
     is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
     return "agrees in part" if is_in_part else "agrees"
@@ -79,6 +82,8 @@ def answer(diagnosis: Diagnosis) -> str:
         unit = f"say their unit first, such as {IN_DEGREES}"
         texts.append(f"The positions at {joints} are beyond what such joints reach: {unit}.")
     texts += [_of_causes(diagnosis)] if causes else []
+    texts += [f"Log {log} differs: {_begun(cause.what)} ({cause.remedy})." for log, cause in diagnosis.apart]
+    texts += ["Diagnose the logs one by one."] if diagnosis.apart else []
     texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
     faults = mentioned(diagnosis.faults)
     # A wrong unit of time explains velocities, too.
@@ -103,8 +108,12 @@ def opening(diagnosis: Diagnosis) -> str:
     if diagnosis.causes:
         what, *further = [_begun(cause.what) for cause in diagnosis.causes]
         things = f": {what}." if not further else f" for two reasons: {what}, and {further[0]}."
+        if any(cause.name in DIFFERENCES for cause in diagnosis.causes):
+            return f"The logs do not agree with each other{things}"
         fits = "does not fit this log" if is_unexplained(diagnosis.before) else "nearly fits this log"
         return f"The file {fits}{things}"
+    if diagnosis.apart:
+        return "The logs do not agree with each other."
     if not compared:
         return "The file does not fit this log."
     poor = _poor(diagnosis)

@@ -19,6 +19,7 @@ from gd_analyze.diagnosis.hypothesis import (
     Hypothesis,
     Problem,
 )
+from gd_analyze.diagnosis.of_one_log import FrictionOfLogs, LoadOfLogs, ScaleOfLogs
 from gd_analyze.diagnosis.of_positions import (
     Coupling,
     Direction,
@@ -71,6 +72,9 @@ HYPOTHESES: tuple[Hypothesis, ...] = (
     NamedEnd(),
     Drift(),
     ChangeInTime(),
+    ScaleOfLogs(),
+    LoadOfLogs(),
+    FrictionOfLogs(),
     AnotherArm(),
 )
 

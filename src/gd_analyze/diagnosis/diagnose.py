@@ -8,7 +8,7 @@ from functools import reduce
 from pathlib import Path
 
 from gd_analyze.arguments import strict
-from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, ranked, rivals_of
+from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, is_unexplained, ranked, rivals_of
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
@@ -25,6 +25,9 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.text import html_of, joint_name
 from gd_analyze.threads import one_thread
+
+# Logs that no common answer explains are diagnosed one by one, up to this number: each takes a second.
+_MOST_DIAGNOSED_ALONE = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,8 @@ class Diagnosis:
         Samples compared as logged, and corrected.
     tells
         Whether the logs tell anything of the links beside friction; otherwise there is too little motion.
+    apart
+        Logs that have a cause of their own which explains them, unlike most; none if one answer is all logs'.
     """
 
     arm: RobotArm
@@ -63,6 +68,7 @@ class Diagnosis:
     problem: Problem
     corrected: Problem
     tells: bool
+    apart: tuple[tuple[str, Candidate], ...] = ()
 
     def __repr__(self) -> str:
         names = ", ".join(cause.name for cause in self.causes) or "no cause"
@@ -112,7 +118,7 @@ def diagnose(
     arm
         The arm; or a shipped name, or the path of a file.
     logs
-        Recordings with torques; or paths of files.
+        Recordings with torques; or paths of files, or a folder of them.
 
     Returns
     -------
@@ -168,7 +174,12 @@ def diagnosed(
     # Torques that neither the file nor friction explains tell that something is wrong.
     tells = problem.friction_score > CLEAR_FALL
     ranking = ranked(problem)
-    causes = claimed(problem, ranking, pairs=pairs)
+    causes = claimed(problem, ranking, pairs=False)
+    apart: tuple[tuple[str, Candidate], ...] = ()
+    fit = causes[0].fit if causes else problem.null
+    if fit is not None and is_unexplained(fit):
+        apart = _causes_apart(arm, motions)
+        causes = [] if apart else claimed(problem, ranking, pairs=pairs)
     corrected = Problem(problem.samples, causes[-1].correction) if causes else problem
     return Diagnosis(
         arm=arm,
@@ -182,4 +193,25 @@ def diagnosed(
         problem=problem,
         corrected=corrected,
         tells=bool(causes) or tells,
+        apart=apart,
+    )
+
+
+def _causes_apart(arm: RobotArm, motions: Sequence[Trajectory]) -> tuple[tuple[str, Candidate], ...]:
+    """Logs, of a few, that a cause explains which most do not have, with this cause."""
+    if not 1 < len(motions) <= _MOST_DIAGNOSED_ALONE:
+        return ()
+    alone: dict[str, Candidate | None] = {}
+    for motion in motions:
+        try:
+            diagnosis = diagnosed(arm, [motion], pairs=False)
+        except UsageError:  # it does not move
+            continue
+        if not is_unexplained(diagnosis.after):
+            alone[motion.name] = diagnosis.cause
+    names = [None if cause is None else cause.name for cause in alone.values()]
+    return tuple(
+        (log, cause)
+        for log, cause in alone.items()
+        if cause is not None and 2 * names.count(cause.name) <= len(motions)
     )

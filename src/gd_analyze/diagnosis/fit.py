@@ -41,6 +41,7 @@ class FileFit:
     changed: float  # squared changes of the links and of what was added, in standard deviations
     off: float  # torque of the links' changes over the file's torque, as RMS
     free: FloatArray  # numbers of links and of what was added, in standard deviations
+    information: FloatArray  # inverse of their covariance
     # With links changed by no more than a file's usually are off:
     residuals: FloatArray  # r by joint, (n,)
     shared: FloatArray  # the same numbers
@@ -51,7 +52,13 @@ class FileFit:
         """What is known of n joints that are not compared."""
         joint_numbers = np.full((n, NUMBERS_OF_JOINT), np.nan)
         nothing = np.zeros(0)
-        return cls(0.0, 0.0, 0.0, np.nan, nothing, np.full(n, np.nan), nothing, joint_numbers)
+        residuals = np.full(n, np.nan)
+        return cls(0.0, 0.0, 0.0, np.nan, nothing, np.zeros((0, 0)), residuals, nothing, joint_numbers)
+
+    @property
+    def errors(self) -> FloatArray:
+        """Standard errors of `free`."""
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))))
 
     @property
     def remains(self) -> float:
@@ -88,11 +95,12 @@ def fitted(equations: TorqueSums, torque: FloatArray, fewest_samples: int, freed
         score += 2.0 * np.log(freedom) * float((determined / (1.0 + determined)).sum())
     unexplained = float((weight * np.log1p(mean / least))[used].sum())
     off, free = _off(equations, changes, used), changes
+    information = fit.weighed(mean) + freedom**-2 * np.eye(len(changes))
     if changed > MOST_CHANGES:
         changes, joint_numbers, mean, _ = fit.solved(freedom**-2, MOST_CHANGES * freedom**2)
     with np.errstate(divide="ignore", invalid="ignore"):
         residuals = np.where(used, np.sqrt(np.maximum(mean, 0.0) / size), np.nan)
-    return FileFit(score, unexplained, changed, off, free, residuals, changes, joint_numbers)
+    return FileFit(score, unexplained, changed, off, free, information, residuals, changes, joint_numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +156,19 @@ class _Fit:
         target, square = _right_hand_side(equations.scored, self.targets, end)
         squares = _squares(equations.scored, square, target, changes, joint_numbers)
         return changes, joint_numbers, squares / np.maximum(equations.counts[1], 1.0), normal
+
+    def weighed(self, squares: FloatArray) -> FloatArray:
+        """The changes' equations, weighed by squared residuals of the joints, (n,), their numbers free.
+
+        Those of samples not fitted hold what friction has beside its model; a fit bends to its own.
+        """
+        equations = self.equations
+        normal = np.zeros((equations.shared, equations.shared))
+        for i in np.flatnonzero(self.weight).tolist():
+            noise = (squares[i] + self.least[i]) * equations.counts[0, i]
+            eliminated = equations.without_own(i, (True,) * NUMBERS_OF_JOINT)
+            normal += self.weight[i] / noise * eliminated.normal
+        return normal
 
 
 def _changes(normal: FloatArray, right: FloatArray, price: float, most: float) -> FloatArray:

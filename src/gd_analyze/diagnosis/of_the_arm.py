@@ -15,7 +15,6 @@ from gd_analyze.diagnosis.hypothesis import (
     Candidate,
     Hypothesis,
     Problem,
-    standard_errors,
 )
 from gd_analyze.diagnosis.remedies import NO_PAYLOAD, edited, under_gravity, vector, with_load
 from gd_analyze.diagnosis.trial import Added, Trial
@@ -26,8 +25,7 @@ from gd_analyze.text import number, to_digits_of, with_error
 _CARRIED_MASS_SHARE = 0.1  # plausible mass of what an arm carries, as a share of its own
 _DISTANCE_SHARE = 0.15  # plausible distance of this mass, as a share of the reach
 _INERTIA_SHARE = 0.5  # its inertia as a share of its mass times the square of its distance
-_LEAST_MASS_SHARE = 0.01  # least share of an arm's mass that is mentioned as a payload
-_CURVED_OVER = 0.15  # step over which the score's curvature is taken, in plausible sizes
+LEAST_MASS_SHARE = 0.01  # least share of an arm's mass that is mentioned as a payload
 # Standard deviation of a torque's change at a restart, as a share of its RMS.
 _JUMP_SHARE = 0.3
 
@@ -155,7 +153,7 @@ class AnotherArm(Hypothesis):
         )
 
 
-def _carried(problem: Problem) -> Added:
+def carried(problem: Problem) -> Added:
     """Torque per unit of a body's ten numbers in the last link's frame."""
     arm = problem.arm
     q, qd, qdd, _ = problem.correction.states(problem.samples)
@@ -167,25 +165,6 @@ def _carried(problem: Problem) -> Added:
     return Added(np.ascontiguousarray(np.swapaxes(per_unit, 1, 2)), sizes)
 
 
-def _errors_of_added(problem: Problem, added: Added, values: FloatArray) -> FloatArray:
-    """Standard errors of the first numbers of a body, by the curvature of the score with each held."""
-    taken_off = problem.correction.taken_off
-    errors = []
-    for k, value in enumerate(values):
-        size, others = added.sizes[k], np.arange(len(added.sizes)) != k
-        free = Added(added.columns[..., others], added.sizes[others])
-
-        def score(x: FloatArray, k: int = k, free: Added = free) -> float:
-            # What the log does not tell is as plausible as before.
-            held = np.where(np.arange(len(added.sizes)) == k, x * added.sizes, 0.0)
-            body = -held if taken_off is None else taken_off - held
-            correction = replace(problem.correction, taken_off=body).with_added(free)
-            return problem.rough_score(correction) + float(x[0] ** 2)
-
-        errors.append(size * standard_errors(score, np.array([value / size]), _CURVED_OVER)[0])
-    return np.array(errors)
-
-
 class Payload(Hypothesis):
     """The arm carries what its file does not say, or the other way round."""
 
@@ -193,15 +172,16 @@ class Payload(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """Four numbers of a body at the last link."""
-        added = _carried(problem)
+        added = carried(problem)
         correction = problem.correction.with_added(added)
-        body = problem.fit(correction).free[-len(added.sizes) :] * added.sizes
+        fit = problem.fit(correction)
+        body, errors_of_body = (x[-len(added.sizes) :] * added.sizes for x in (fit.free, fit.errors))
         mass, *moment = body[:4]
         place = np.array(moment) / mass if mass else np.zeros(3)
-        is_light = abs(mass) < _LEAST_MASS_SHARE * problem.arm.mass.sum()
+        is_light = abs(mass) < LEAST_MASS_SHARE * problem.arm.mass.sum()
         if is_light or np.linalg.norm(place) > (problem.arm.reach or 1.0):
             return
-        error, *moment_errors = _errors_of_added(problem, added, body[:4])
+        error, *moment_errors = errors_of_body[:4]
         if mass > 0.0:
             tip = problem.arm.tip_frame
             local = tip.rotation.T @ (place - tip.translation)
@@ -234,7 +214,7 @@ class NamedEnd(Hypothesis):
         if last.bare is not None:
             mass = f"The payload ({number(last.mass - last.bare.mass)} kg)"
             ends.append((mass, NO_PAYLOAD, _numbers_of(last) - _numbers_of(last.bare)))
-        ends = [end for end in ends if end[2][0] > _LEAST_MASS_SHARE * arm.mass.sum()]
+        ends = [end for end in ends if end[2][0] > LEAST_MASS_SHARE * arm.mass.sum()]
         corrections = [replace(correction, taken_off=numbers) for *_, numbers in ends]
         for k in problem.best(corrections):
             body, remedy, _ = ends[k]
@@ -265,7 +245,7 @@ class ChangeInTime(Hypothesis):
         order = np.arange(len(samples))
         if len(samples.logs) > 1 or len(order) < 40:
             return
-        load = _carried(problem)
+        load = carried(problem)
         size = np.sqrt((samples.torque**2).mean(axis=0)) + 1e-12
         single = np.repeat(np.eye(n)[:, None], len(samples), axis=1)
         offsets = Added(single, _JUMP_SHARE * size)

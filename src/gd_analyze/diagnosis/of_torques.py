@@ -58,7 +58,7 @@ _CURRENTS_FACTOR = 4.0
 # Factor between a unit and the number that fits best within which it may be that unit.
 _NEAR_FACTOR = 1.5
 # Least deviation from 1 of a factor that is more than constants are known to.
-_NOTICED_FACTOR = 1.25
+NOTICED_FACTOR = 1.25
 # Standard deviation of the logarithms of joints' torque constants about their common mean.
 _CONSTANTS_DEVIATION = 0.5
 
@@ -121,8 +121,8 @@ class TorqueScale(Hypothesis):
             units.append(explains)
         told = [(factor, f"in another unit ({FACTORS[factor]})", number(factor), "") for factor in units]
         typed = [in_digits(factor, 4) for factor in units]
-        if not is_known and not 1.0 / _NOTICED_FACTOR < free < _NOTICED_FACTOR:
-            error = free * _errors(lambda x: score(x[0]), np.log([free]))[0]
+        if not is_known and not 1.0 / NOTICED_FACTOR < free < NOTICED_FACTOR:
+            error = free * errors_of_logarithms(lambda x: score(x[0]), np.log([free]))[0]
             size, more = "too small" if free > 1 else "too large", ", as where it is of another size"
             told.append((free, size, with_error(free, error), more))
             typed.append(float(to_digits_of(free, error)))
@@ -160,9 +160,9 @@ class JointScale(Hypothesis):
         ends = {i: _least(partial(score, joint=i), float(np.log(ratios[i]))) for i in problem.moving}
         joint = min(ends, key=lambda i: score(ends[i], i))
         factor = float(np.exp(ends[joint]))
-        if 1.0 / _NOTICED_FACTOR < factor < _NOTICED_FACTOR:
+        if 1.0 / NOTICED_FACTOR < factor < NOTICED_FACTOR:
             return
-        error = factor * _errors(lambda x: score(x[0], joint), np.log([factor]))[0]
+        error = factor * errors_of_logarithms(lambda x: score(x[0], joint), np.log([factor]))[0]
         yield Candidate(
             self.name,
             f"The torque of joint {joint + 1} is too {'small' if factor > 1 else 'large'}: "
@@ -197,10 +197,10 @@ class JointScale(Hypothesis):
             logarithms[k] = _least(partial(score_of, place=k), float(logarithms[k]), width=0.7)
         factors = factors_of(logarithms)
         is_currents = not 1.0 / _CURRENTS_FACTOR < np.median(factors[moving]) < _CURRENTS_FACTOR
-        if np.ptp(logarithms) <= np.log(_NOTICED_FACTOR) or not is_currents:
+        if np.ptp(logarithms) <= np.log(NOTICED_FACTOR) or not is_currents:
             return
         errors = np.zeros(problem.n)
-        errors[moving] = factors[moving] * _errors(score, logarithms)
+        errors[moving] = factors[moving] * errors_of_logarithms(score, logarithms)
         pairs = list(zip(factors.tolist(), errors.tolist(), strict=True))
         told = ", ".join(with_error(*pair) for pair in pairs)
         yield Candidate(
@@ -223,7 +223,8 @@ def _least(score: Callable[[float], float], begin: float, width: float = 1.2) ->
     return least(score, begin - width, begin + width, 10, 0.02)
 
 
-def _errors(score: Callable[[FloatArray], float], logarithms: FloatArray) -> FloatArray:
+def errors_of_logarithms(score: Callable[[FloatArray], float], logarithms: FloatArray) -> FloatArray:
+    """Standard errors of logarithms of factors, of which a score is least here."""
     return standard_errors(score, logarithms, _CURVED_OVER)
 
 

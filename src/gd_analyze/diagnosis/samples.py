@@ -18,6 +18,8 @@ _STRETCHES = 10  # stretches of a log, fitted and scored in turn
 # A joint that travels less than both, an angle (or this share of the reach) and this share of the widest
 # travel of its kind, rests: controllers hold a joint within a degree while others move.
 _TREMBLING_ANGLE, _TREMBLING_SHARE = 0.02, 0.02
+# Duration of a log and of the pause after it, over its own.
+_LOG_AND_PAUSE = 1.05
 # Least samples of a joint that moves, fitted and scored alike.
 FEWEST_SAMPLES = 12
 
@@ -61,6 +63,15 @@ class Samples:
     def step(self) -> float:
         """Time between two readings, s."""
         return float(np.median(np.concatenate([np.diff(log.time) for log in self.logs])))
+
+    @property
+    def clock(self) -> FloatArray:
+        """Time of several logs one after the other, of one as in the log, s, (N,)."""
+        out, start = self.time.copy(), 0.0
+        for k, log in enumerate(self.logs if len(self.logs) > 1 else ()):
+            out[self.log == k] += start - log.time[0]
+            start += _LOG_AND_PAUSE * float(log.time[-1] - log.time[0])
+        return out
 
 
 _BY_SAMPLE = ("log", "row", "time", "q", "qd", "qdd", "torque", "counts", "scored")

@@ -18,6 +18,7 @@ from gd_analyze.identification.rows import Unknowns
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Drive, of_point_mass, symmetric_tensor
+from gd_analyze.text import with_error
 
 
 def base_matrix(arm: RobotArm) -> tuple[list[tuple[str, str, int]], FloatArray]:
@@ -143,7 +144,7 @@ def sources_of(
         else ""
     )
     identifiable = (parameter for parameter in parameters if parameter.identifiable)
-    errors = ", ".join(f"{x.symbol} {x.value:.4g} ± {x.error:.1g} {x.unit}" for x in identifiable)
+    errors = ", ".join(f"{x.symbol} {with_error(x.value, x.error)} {x.unit}" for x in identifiable)
     day = datetime.date.today().isoformat()
     return f"{IDENTIFIED} on {day} from {'; '.join(logs)}. Standard errors: {errors}.{note}"
 

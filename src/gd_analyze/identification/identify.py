@@ -16,6 +16,7 @@ from gd_analyze.diagnosis.answer import MUCH_TORQUE_SHARE, answer, faults_in_wor
 from gd_analyze.diagnosis.diagnose import diagnose
 from gd_analyze.diagnosis.faults import Fault, without_faults
 from gd_analyze.diagnosis.hypothesis import Candidate
+from gd_analyze.diagnosis.of_one_log import FrictionOfLogs
 from gd_analyze.diagnosis.remedies import Remedy, another_column, reversed_torques
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import bounded, consistent
@@ -84,7 +85,7 @@ def identify(
     arm
         The arm; or a shipped name, or the path of a file.
     logs
-        Recordings with torques; or paths of files.
+        Recordings with torques; or paths of files, or a folder of them.
     held_out
         Recordings that are predicted instead of fitted; by default the last third of each log.
     loaded
@@ -160,7 +161,7 @@ def identify(
             "the logs do not determine the payload's mass, so it calibrates no torques",
             where=f"arm {arm.name}",
             expected="a heavier payload, or motions that lift it more",
-            found=f"{with_error(weighed, error, 1)} kg",
+            found=f"{with_error(weighed, error)} kg",
         )
     scale = mass / weighed
     fitted, held_out_motions, carrying = (
@@ -205,8 +206,10 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
     except UsageError:  # nothing moves, of which more is told below
         return ()
     causes = diagnosis.causes
-    # Other links explain a payload, and torques of a scale that drives may have.
+    # Other links explain a payload, and torques of a scale that drives may have; friction is fitted anyway.
+    of_friction = [cause for cause in causes if cause.name == FrictionOfLogs.name]
     others = [cause for cause in causes if not cause.unsure or _is_of_another_unit(cause)]
+    others = [cause for cause in others if cause not in of_friction] + [cause for _, cause in diagnosis.apart]
     reason, _, _ = answer(diagnosis).partition(" Use ")
     if others and not anyway:
         raise UsageError(
@@ -217,7 +220,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.
     is_off = diagnosis.is_far_off or diagnosis.after.off > MUCH_TORQUE_SHARE
-    is_doubtful = is_off or bool(others)
+    is_doubtful = is_off or bool(others or of_friction)
     is_doubtful |= any(cause.correction.changes_torques or cause.correction.freedom > 1.0 for cause in causes)
     return (reason.removesuffix("."),) if is_doubtful else ()
 

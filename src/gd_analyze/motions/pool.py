@@ -43,7 +43,7 @@ def trajectory_of(sources: GivenMotions, arm: RobotArm, read: Read = read_trajec
 
 
 def motions_of(sources: GivenMotions, arm: RobotArm, read: Read = read_trajectory) -> list[Trajectory]:
-    """Take the same motions separately, without readings and with distinct names."""
+    """Take the same motions separately, with distinct names."""
     return _distinct(_given_motions(sources, arm, read)[0])
 
 
@@ -152,13 +152,20 @@ def _distinct(motions: Iterable[Trajectory]) -> list[Trajectory]:
 
 
 def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
-    """Split a pool into its motions, without readings; any other trajectory is its only motion."""
+    """Split a pool into its motions; any other trajectory is its only motion.
+
+    Their readings, if any, have the filter and the noise of the pool.
+    """
     parts = []
     for motion in whole.motions:
         time = whole.time[motion.rows] - whole.time[motion.first] + motion.start
         q, qd, qdd = (x[motion.rows] for x in (whole.q, whole.qd, whole.qdd))
         gaps = tuple(row - motion.first for row in whole.gaps if motion.first < row < motion.end)
-        parts.append(Trajectory(time, q, qd, qdd, motion.name, motion.origin, motion.derivatives_from, gaps))
+        recording = whole.recording
+        if recording is not None:
+            recording = replace(recording.at(motion.rows), treatment=())
+        about = motion.name, motion.origin, motion.derivatives_from
+        parts.append(Trajectory(time, q, qd, qdd, *about, gaps, recording))
     return tuple(parts) or (whole,)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
 from gd_analyze.motions.columns import chosen_columns
-from gd_analyze.motions.formats import log_source, log_table
+from gd_analyze.motions.formats import files_in, log_source, log_table
 from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.log import Log, log_of
 from gd_analyze.motions.reading import Reading, Treatment, refusal
@@ -173,12 +173,13 @@ def _require_kinds(command: str, arm: RobotArm, name: str, path: Path) -> None:
 def last_link(path_or_name: str | Path, paths: Mapping[str, Sequence[str]]) -> str | None:
     """Link of the last joint that a log names; None unless all joints it names are on one path.
 
-    `paths` holds the joints on the path to every link. Also None if the log can be read only once.
+    `paths` holds the joints on the path to every link. Of a folder it is the first log. Also None if the log
+    can be read only once.
     """
     path = Path(path_or_name)
     joints = sorted({joint for chain in paths.values() for joint in chain}, key=len, reverse=True)
     try:
-        table = log_table(path, Reading(), None, NO_PROGRESS, 1)
+        table = log_table((files_in(path) or [path])[0], Reading(), None, NO_PROGRESS, 1)
     except (TrajectoryError, OSError):
         return None  # reading it for an arm gives a better message
     named = set()

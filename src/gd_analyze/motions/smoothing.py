@@ -46,7 +46,7 @@ class Recording:
         """Whether these are smoothed readings; otherwise a plan in a log."""
         return self.cutoff is not None
 
-    def at(self, points: NDArray[np.intp]) -> Recording:
+    def at(self, points: NDArray[np.intp] | slice) -> Recording:
         """The same at some of the set points."""
         arrays = {name: getattr(self, name) for name in ("q", "torque", "torque_filtered", "qd")}
         return replace(self, **{name: x[points] for name, x in arrays.items() if x is not None})

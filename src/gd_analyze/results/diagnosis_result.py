@@ -65,7 +65,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "fault_what": _texts([fault.what for fault in diagnosis.faults]),
         "fault_remedy": _texts([fault.remedy for fault in diagnosis.faults]),
         "fault_share": _numbers([fault.share for fault in diagnosis.faults]),
-        "sample_time": samples.time,
+        "sample_time": samples.clock,
         "sample_q": samples.q,
         "sample_qd": samples.qd,
         "sample_qdd": samples.qdd,

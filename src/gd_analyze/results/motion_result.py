@@ -93,7 +93,7 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
         values[name] = [
             "–"
             if row[name] is None
-            else f"{with_error(row[name], row[f'{name}_error'] or 0.0, 1)} {units[is_revolute]}"
+            else f"{with_error(row[name], row[f'{name}_error'] or 0.0)} {units[is_revolute]}"
             for row, is_revolute in zip(rows, arm.is_revolute, strict=True)
         ]
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"

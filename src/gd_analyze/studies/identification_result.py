@@ -216,7 +216,7 @@ def _notices(identification: Identification, answer: Supported | str | None) -> 
             f"{'; '.join(identification.doubts)}."
         )
     if identification.torque_scale is not None:
-        scale = with_error(*identification.torque_scale, 1)
+        scale = with_error(*identification.torque_scale)
         yield f"All torques are multiplied by {scale}, which meets the mass of the payload."
     elif identification.payload is not None:
         yield (
@@ -268,7 +268,7 @@ def _payload_table(identification: Identification) -> Iterator[Table]:
     if identification.payload is None:
         return
     numbers, errors = identification.payload
-    texts = [with_error(float(x), float(error), 1) for x, error in zip(numbers, errors, strict=True)]
+    texts = [with_error(float(x), float(error)) for x, error in zip(numbers, errors, strict=True)]
     units = ["kg", "m", "m", "m"]
     values = {"quantity": ["mass", "x", "y", "z"], "value": numbers, "error": errors}
     seen = {"value": [f"{text} {unit}" for text, unit in zip(texts, units, strict=True)]}
@@ -310,7 +310,7 @@ def _friction_table(identification: Identification) -> Table:
     for name, of_joints, errors in zip(terms, numbers, deviations, strict=True):
         values |= {name: of_joints, f"{name}_error": errors}
         seen[name] = [
-            with_error(float(value), float(error), 1) if np.isfinite(error) else "–"
+            with_error(float(value), float(error)) if np.isfinite(error) else "–"
             for value, error in zip(of_joints, errors, strict=True)
         ]
         sliding, *_, turning = SCHEMA_UNITS[declared("identified", name)[0].unit]
@@ -345,7 +345,7 @@ def _changed_table(identification: Identification) -> Table:
         "link_name": [links[parameter.link - 1].name for parameter in changed],
         "start_text": [f"{number(parameter.file)} {parameter.unit}" for parameter in changed],
         "value_text": [
-            f"{with_error(parameter.value, parameter.error, 1)} {parameter.unit}" for parameter in changed
+            f"{with_error(parameter.value, parameter.error)} {parameter.unit}" for parameter in changed
         ],
     }
     values = {

@@ -15,6 +15,7 @@ from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
 from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
 from gd_analyze.motions.measured import has_torques
+from gd_analyze.motions.pool import taken_apart
 from gd_analyze.progress import Progress
 from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_tables import measured_torque_table
@@ -57,7 +58,7 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     measured_torque = diagnosis = None
     is_contradicted = False
     if has_torques(motion):
-        verdict = log_verdict(arm, [motion])
+        verdict = log_verdict(arm, taken_apart(motion))
         comparison = compared(arm, motion, points.torque)
         measured_torque = measured_torque_table(
             comparison, motion, verdict, fit_friction=inputs.settings.fit_friction
