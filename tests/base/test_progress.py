@@ -11,7 +11,7 @@ LABELS = {
     "read_trajectory": ["reading"],
     "read_log": ["reading"],
     "decompose": ["decomposing"],
-    "simplify": ["searching at level term"],
+    "simplify": ["searching at level term, at most 30 s"],
     "certify": ["certifying"],
     "evaluate": ["evaluating"],
     "trade_off": ["simplifying"],

@@ -107,7 +107,7 @@ def simplify_held(
     allowed = exact.allowed(budget)
     first = exact.joined_by(*_drawn(region))
     patience = BOX_PATIENCE if isinstance(region, Box) else 0
-    progress.stage(f"searching at level {options.level}")
+    progress.stage(options.stage)
     outcomes, searches = [], list[Searched]()
     for trial in in_worthwhile_velocities(first, allowed, options):
         over_region = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)

@@ -68,6 +68,12 @@ class SearchOptions:
             value = str(self.sine_price)
             raise UsageError("the price is negative", where="sine_price", expected="0 or more", found=value)
 
+    @property
+    def stage(self) -> str:
+        """What work it is, for whoever waits for it, and how long it may take."""
+        limit = f", at most {self.time.seconds:g} s" if math.isfinite(self.time.seconds) else ""
+        return f"searching at level {self.level}{limit}"
+
 
 class SelectedTerms(NamedTuple):
     """The terms that a search keeps, and its steps."""

@@ -174,7 +174,7 @@ def simplify_exact(
     budget = Budget.of(budget)
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
-    progress.stage(f"searching at level {options.level}")
+    progress.stage(options.stage)
     outcomes: list[Searched] = []
     for trial in in_worthwhile_velocities(exact, allowed, options):
         checks = [at_states(trial, allowed), *everywhere]
