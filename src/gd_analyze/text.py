@@ -121,14 +121,19 @@ def share_up(share: float) -> float:
     return rounded_up(share, 2 if share < 1.0 or not math.isfinite(share) else 3 + int(math.log10(share)))
 
 
+def enumerated(words: Sequence[str]) -> str:
+    """Join words: "a", "a and b", "a, b and c"."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def named_joints(numbers: Sequence[int], of: int) -> str:
     """Name some of an arm's joints: "joint 3", "joints 1, 4 and 5", "joints 4 to 6", "every joint"."""
     if len(numbers) == of > 1:
         return "every joint"
     if len(numbers) > 2 and [*numbers] == [*range(numbers[0], numbers[-1] + 1)]:
         return f"joints {numbers[0]} to {numbers[-1]}"
-    *first, last = map(str, numbers)
-    return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"
+    return f"joint{'s' if len(numbers) > 1 else ''} {enumerated([*map(str, numbers)])}"
 
 
 def thousands(count: int) -> str:

@@ -15,7 +15,7 @@ from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
 from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
-from gd_analyze.text import named_joints, percent
+from gd_analyze.text import enumerated, named_joints, percent
 
 _BINS = 10  # bins of a quantity that a residual may follow
 _LEAST_SAMPLES_PER_BIN = 5  # samples of each bin, on average
@@ -93,7 +93,8 @@ def answer(diagnosis: Diagnosis) -> str:
     texts += [faults_in_words(group, n) for group in (of_torques, of_velocities) if group]
     poor = _poor(diagnosis)
     if causes and poor:
-        texts.append(f"Something else is wrong, too: {_of_poor(diagnosis, poor)}.")
+        joints = named_joints([i + 1 for i in poor], n)
+        texts.append(f"Something else is wrong, too: at {joints} {_left_of_poor(diagnosis, poor)}.")
     if not diagnosis.problem.moving:
         texts.append("No joint is left to compare.")
     return " ".join([*texts, _FAR_OFF] if diagnosis.is_far_off and _FAR_OFF not in texts else texts)
@@ -124,11 +125,7 @@ def opening(diagnosis: Diagnosis) -> str:
     if good:
         subject = f"fits {named_joints([i + 1 for i in good], n)} ({_left(diagnosis, good)}) but not"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
-    *first, last = [_share_of_torque(float(fit.residuals[i])) for i in poor]
-    shares = f"{', '.join(first)} and {last}" if first else last
-    followed = _followed(diagnosis, poor)
-    follows = f"; it follows {followed}" if followed != "nothing" else ""
-    text = f"The file {subject} {joints} ({shares} is left{follows})."
+    text = f"The file {subject} {joints} ({_left_of_poor(diagnosis, poor)})."
     return f"{text} No sign, unit, payload or column mends it."
 
 
@@ -148,11 +145,9 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
         fitted.append("drive inertia")
     if fit.off >= _RIGHT_TORQUE_SHARE:
         fitted.append(f"masses (off by some {percent(fit.off)})")
-    *first, last = fitted
-    with_fitted = f"{', '.join(first)} and {last}" if first else last
     is_of_all = not any(fault.is_of_column for fault in diagnosis.faults)
     subject = "describes this robot" if is_of_all else f"fits {named_joints([i + 1 for i in compared], n)}"
-    text = f"The file {subject}: with {with_fitted} fitted, {_left(diagnosis, compared)}."
+    text = f"The file {subject}: with {enumerated(fitted)} fitted, {_left(diagnosis, compared)}."
     best = diagnosis.ranking[0] if diagnosis.ranking else None
     if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
         text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
@@ -183,11 +178,11 @@ def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
     return f"{degree}: {_begun(rival.what)} ({rival.remedy})."
 
 
-def _of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
-    """What remains at some joints, from 0, and what it follows."""
-    missed = ", ".join(_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor)
-    joints = named_joints([i + 1 for i in poor], diagnosis.arm.n_joints)
-    return f"{missed} of the torque's RMS remains at {joints}; it follows {_followed(diagnosis, poor)}"
+def _left_of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
+    """How much of the torque of some joints, from 0, is left, and what it follows."""
+    shares = enumerated([_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor])
+    followed = _followed(diagnosis, poor)
+    return f"{shares} is left; it follows {followed}" if followed else f"{shares} is left"
 
 
 def _followed(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
@@ -197,7 +192,7 @@ def _followed(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
     for i in poor:
         joints_by_quantity.setdefault(follows[i], []).append(i + 1)
     if len(joints_by_quantity) == 1:
-        return next(iter(joints_by_quantity)) or "nothing"
+        return next(iter(joints_by_quantity))
     return " and ".join(
         f"{quantity} at {named_joints(joints, diagnosis.arm.n_joints)}"
         for quantity, joints in joints_by_quantity.items()

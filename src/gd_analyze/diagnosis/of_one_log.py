@@ -13,7 +13,7 @@ from gd_analyze.diagnosis.of_the_arm import LEAST_MASS_SHARE, carried
 from gd_analyze.diagnosis.of_torques import FACTORS, NOTICED_FACTOR, errors_of_logarithms
 from gd_analyze.diagnosis.remedies import edited
 from gd_analyze.diagnosis.trial import Added, Trial
-from gd_analyze.text import named_joints, number, with_error
+from gd_analyze.text import enumerated, named_joints, number, with_error
 
 # Change of Coulomb friction, and of viscous friction at the fastest motion: a share of the torque's RMS.
 _FRICTION_SHARE = 0.2
@@ -213,5 +213,5 @@ def _of_logs(problem: Problem, chosen: list[int]) -> Array:
 
 def _names(problem: Problem, chosen: list[int]) -> str:
     """Some logs by name: "log a", "logs a and b"."""
-    *first, last = (problem.samples.logs[k].name for k in chosen)
-    return f"logs {', '.join(first)} and {last}" if first else f"log {last}"
+    names = enumerated([problem.samples.logs[k].name for k in chosen])
+    return f"logs {names}" if len(chosen) > 1 else f"log {names}"
