@@ -158,7 +158,8 @@ def test_without_a_readable_model_the_dominant_elements_are_shown(
         monkeypatch.setattr("gd_analyze.studies.budget_stops._LIKELY_SHARE", 0.8)
     findings = gd.analyze(puma, pick_and_place)
     assert findings.is_unreadable
-    assert "No model with at most" in findings._repr_html_()
+    reason = "Too many terms matter within 1%" if why == "too many in all" else "No model with at most"
+    assert reason in findings._repr_html_()
     assert findings.model.is_exact
     full = findings.model.operations_full.total
     words = words_of(Page(page_of(main_report(findings))))

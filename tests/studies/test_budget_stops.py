@@ -9,7 +9,7 @@ from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.studies import budget_stops
-from gd_analyze.studies.budget_stops import wider_stop
+from gd_analyze.studies.budget_stops import stop_at, wider_stop
 from gd_analyze.types import Budget, ExactDynamics
 
 
@@ -44,3 +44,19 @@ def test_what_is_too_long_to_search_or_to_read_is_not_advised(exact, monkeypatch
     monkeypatch.setattr(budget_stops, "_LIKELY_SHARE", 100.0)
     assert wider_stop(exact, TERM, Budget.parse("1%"), search) is None
     assert asked == ["2%", "5%"]
+
+
+def test_a_stop_says_why_it_has_no_model(exact):
+    def refused(budget: Budget) -> Held:
+        raise TooManyTermsError("too many terms")
+
+    def unasked(budget: Budget) -> Held:
+        raise AssertionError(budget)
+
+    budget = Budget.parse("5%")
+    assert stop_at(exact, TERM, budget, refused).unsearched == "terms"
+    assert stop_at(exact, TERM, budget, unasked, most=0).unsearched == "terms"
+    for reason in ("log", "time"):
+        stop = stop_at(exact, TERM, budget, unasked, unsearched=reason)
+        assert (stop.unsearched, stop.held) == (reason, None)
+        assert stop.terms_beyond > 0

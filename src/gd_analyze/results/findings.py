@@ -77,20 +77,23 @@ class Findings(Run):
 
     @property
     def is_contradicted(self) -> bool:
-        """Whether no model was searched, as the log does not agree with the file."""
-        measured = self.tables.get("measured_torque")
-        is_disagreeing = measured is not None and measured.attrs["verdict"] == "does not agree"
-        return is_disagreeing and self.is_unreadable and bool((self.tables["stops"].terms < 0).all())
+        """Whether no model was searched, as the log contradicts the file."""
+        stops = self.tables.get("stops")
+        return stops is not None and bool((stops.unsearched == "log").any())
 
     @property
     def substitute_reason(self) -> str:
         """Why the exact torque stands for a model, and what to do, in a sentence."""
+        budget = self.model.accuracy.budget
         if self.is_contradicted:
             return (
                 "No model is offered of a file that the log contradicts; "
-                f"`--budget {self.model.accuracy.budget}` searches one all the same."
+                f"`--budget {budget}` searches one all the same."
             )
-        return f"No model with at most {READABLE} terms keeps the budget of {self.model.accuracy.budget}."
+        own = self.tables["stops"].isel(stop=0)
+        if own.unsearched == "terms" and own.terms_beyond <= READABLE:
+            return f"Too many terms matter within {budget} to search a model."
+        return f"No model with at most {READABLE} terms keeps the budget of {budget}."
 
     @property
     def plot(self) -> Plots:

@@ -57,28 +57,27 @@ def stop_rows(findings: Findings) -> list[Row]:
         return []
     position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == position, "words": _stop_words(row, findings)}
+        row | {"own": row["position"] == position, "words": _stop_words(row, findings.proof)}
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
 
-def _stop_words(row: Row, findings: Findings) -> str:
+def _stop_words(row: Row, proof: str) -> str:
     """Terms, operations and used share of a budget's model: "14 terms; D, h, c 17/8, torque 35/4; ..."."""
     if row["terms"] < 0:
         beyond = row["terms_beyond"]
-        if 0 <= beyond <= READABLE:
-            why = "the log contradicts the file" if findings.is_contradicted else "the time is over"
-            return f"{beyond} terms exceed it alone: not searched, as {why}"
-        return (
-            f"{beyond} terms exceed it alone: too many to read" if beyond >= 0 else "too many terms to read"
-        )
+        if row["unsearched"] == "terms":
+            is_long = beyond > READABLE
+            return f"{beyond} terms exceed it alone: too many to read" if is_long else "too many terms matter"
+        why = "the log contradicts the file" if row["unsearched"] == "log" else "the time is over"
+        return f"{beyond} terms exceed it alone: not searched, as {why}"
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = (
         f"D, h, c {row['operations']}/{row['sines_cosines']}, "
         f"torque {row['operations_torque']}/{row['sines_cosines_torque']}"
     )
-    return f"{row['terms']} terms; {costs}; {_used_words(row, findings.proof)}"
+    return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
 
 
 def _used_words(row: Row, proof: str) -> str:

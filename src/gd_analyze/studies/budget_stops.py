@@ -36,6 +36,7 @@ class Stop:
     budget: Budget
     held: Held | None = None
     terms_beyond: int = 0  # terms whose torque alone exceeds the budget; -1 if there are too many to count
+    unsearched: str = ""  # why no model was searched: "log", "time" or "terms"
 
     @property
     def is_readable(self) -> bool:
@@ -62,14 +63,17 @@ def stop_at(
     budget: Budget,
     search: Callable[[Budget], Held],
     most: float = READABLE,
+    unsearched: str = "",
 ) -> Stop:
-    """Search a budget's model, unless more than `most` terms exceed the budget alone."""
+    """Search a budget's model, unless it is not wanted, or more than `most` terms exceed the budget alone."""
     dynamics, beyond = exact.under(budget), -1
     try:
         beyond = terms_beyond(dynamics, level, dynamics.allowed(budget))
-        return Stop(budget, None if beyond > most else search(budget), beyond)
+        if unsearched or beyond > most:
+            return Stop(budget, None, beyond, unsearched or "terms")
+        return Stop(budget, search(budget), beyond)
     except TooManyTermsError:
-        return Stop(budget, None, beyond)
+        return Stop(budget, None, beyond, "terms")
 
 
 def wider_stop(
@@ -96,6 +100,7 @@ def stops_table(stops: Sequence[Stop], positions: Sequence[int], arm: RobotArm) 
     rows = [_row(stop) for stop in stops]
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     columns["budget"] = np.array([str(stop.budget) for stop in stops], dtype=str)
+    columns["unsearched"] = np.array([stop.unsearched for stop in stops], dtype=str)
     columns["position"] = np.array(positions)
     return table("stops", columns, arm.is_revolute, {"stop": np.arange(1, len(stops) + 1)})
 

@@ -159,10 +159,13 @@ def _stops(
     has_form = False
     for budget in budgets:
         is_asked = is_given and not stops
-        most_terms = math.inf if is_asked else READABLE if is_searched and not time.is_over else -1
+        most_terms = math.inf if is_asked else READABLE
+        unsearched = "" if is_searched else "log"
+        if stops and time.is_over:
+            unsearched = unsearched or "time"
         # Models of one page have terms in the same velocities.
         search = partial(search_at, exact, most_terms=most_terms, same_velocities=has_form)
-        stops.append(stop_at(exact, TERM, budget, search, most_terms))
+        stops.append(stop_at(exact, TERM, budget, search, most_terms, unsearched))
         if stops[-1].held is not None:
             exact, has_form = exact.with_form(stops[-1].held.model.form), True
     readable = chosen_stop(stops)
