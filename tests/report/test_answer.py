@@ -161,6 +161,7 @@ def test_a_budget_that_was_not_searched_says_why(puma_findings: Findings) -> Non
     stops = puma_findings.tables["stops"].copy(deep=True)
     stops.terms[1:], stops.position[1:], stops.proven_share[1:] = -1, -1, np.nan
     stops.terms_beyond[1], stops.terms_beyond[2] = 481, -1
+    stops["unsearched"] = ("stop", ["", "terms", "terms"])
     shown = dataclasses.replace(puma_findings, tables={**puma_findings.tables, "stops": stops})
     page = Page(page_of(main_report(shown)))
     buttons = [button for button in page.all("button") if "data-stop" in button]
@@ -168,6 +169,10 @@ def test_a_budget_that_was_not_searched_says_why(puma_findings: Findings) -> Non
     words = " ".join(page.text.split())
     assert "481 terms" in words
     assert "-1 terms" not in words
+    for reason, told in (("log", "as the log contradicts the file"), ("time", "as the time is over")):
+        stops["unsearched"] = ("stop", ["", reason, "terms"])
+        assert told in stop_rows(shown)[1]["words"]
+    assert stop_rows(shown)[2]["words"] == "too many terms matter"
 
 
 def test_the_budget_of_a_model_with_errors_above_its_bound_is_not_called_proven(
