@@ -1,4 +1,4 @@
-"""Makes the slips of docs/slips.md and writes what verbs say of them: `python tests/docs/slips.py`.
+"""Makes slips, and writes into docs/diagnose.md which of them verbs notice: `python tests/docs/slips.py`.
 
 A slip leaves a file readable and its numbers wrong. Each is made from a shipped arm: a log of its motion, or
 a file of the robot, wrong in one way. A verb reads it; it refuses it, warns, names a cause, or is silent.
@@ -28,21 +28,11 @@ from gd_analyze.tables import with_payload
 from gd_analyze.types import Link, Placement, RobotArm, States
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "slips.md"
+PAGE = ROOT / "docs" / "diagnose.md"
 ARM = "puma560"
 N = 6
-# Characters of a message on the page.
-LONGEST = 230
 # The file without a slip, on which every verb is silent.
 RIGHT = "nothing is wrong"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a verb does about a slip: it is refused, warned of, named, or silent; and the words."""
-
-    kind: str
-    says: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,50 +45,37 @@ class Slip:
     cause: str = ""  # right ones, "a or b", of which `diagnose` should name one
     slow: bool = False  # takes longer than a second
 
-    def outcome(self) -> Outcome:
-        """Make the files in a folder of their own and run the verb there."""
+    def outcome(self) -> str:
+        """Make the files in a folder of their own, run the verb there, and say what it did."""
         with tempfile.TemporaryDirectory() as folder, chdir(folder):
             for name, text in self.make().items():
                 Path(name).write_text(text, encoding="utf-8")
-            code, out, err = ran(self.words)
+            code, out = ran(self.words)
         if code:
-            return Outcome("refused", brief(err.removeprefix("error: ")))
+            return "refused"
         document = json.loads(out)
-        told = [*document["warnings"], *document.get("suspicious", [])]
         if self.words.startswith("diagnose"):
             return self.diagnosed(document)
-        return Outcome("warned", brief(told[0])) if told else Outcome("silent")
+        return "warned" if document["warnings"] or document.get("suspicious") else "silent"
 
-    def diagnosed(self, document: dict[str, object]) -> Outcome:
+    def diagnosed(self, document: dict[str, object]) -> str:
         """What `diagnose` says: the right cause, another one, a doubt, or that log and file agree."""
-        headline, cause = brief(str(document["headline"])), document["cause"]
+        cause = document["cause"]
         if cause is not None:
-            return Outcome("named" if cause in self.cause.split(" or ") else "another cause named", headline)
-        return (
-            Outcome("silent")
-            if headline.endswith("of the torque or less is left.")
-            else Outcome("warned", headline)
-        )
+            return "named" if cause in self.cause.split(" or ") else "another cause named"
+        agrees = str(document["headline"]).endswith("of the torque or less is left.")
+        return "silent" if agrees else "warned"
 
 
-def ran(words: str) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of a verb, run in this process."""
-    out, err, code = io.StringIO(), io.StringIO(), 0
-    with redirect_stdout(out), redirect_stderr(err):
+def ran(words: str) -> tuple[int, str]:
+    """Exit code and standard output of a verb, run in this process."""
+    out, code = io.StringIO(), 0
+    with redirect_stdout(out), redirect_stderr(io.StringIO()):
         try:
             main(words.split())
         except SystemExit as leaving:
             code = int(leaving.code or 0)
-    return code, out.getvalue(), err.getvalue()
-
-
-def brief(text: str) -> str:
-    """The first line of a message in short, and the options that the rest names."""
-    first, text = text.partition("\n")[0], " ".join(text.split())
-    if len(first) > LONGEST:
-        first = first[: LONGEST - 4].rsplit(" ", 1)[0] + " ..."
-    options = [option for option in dict.fromkeys(re.findall(r"--[a-z][a-z-]+", text)) if option not in first]
-    return f"{first} ({', '.join(options)})" if options else first
+    return code, out.getvalue()
 
 
 # ------------------------------------------------------------------------------------------------- logs
@@ -675,41 +652,40 @@ def convention() -> str:
 # ------------------------------------------------------------------------------------------------- page
 
 SECTIONS = {
-    "Logs": (LOGS, "`columns` reads a log and checks its numbers, as the main job does."),
-    "Logs with torques": (
-        TORQUES,
-        "`diagnose` compares the torques with the robot's file and names a cause.",
-    ),
-    "Robot files": (ROBOTS, "`arms` reads a robot's file and checks its numbers, as every verb does."),
+    "In logs, read by `columns`": LOGS,
+    "In logs with torques, read by `diagnose`": TORQUES,
+    "In robot files, read by `arms`": ROBOTS,
 }
+OUTCOMES = ("silent", "another cause named", "warned", "refused", "named")
 
 
 def rows_of(text: str) -> dict[tuple[str, str], str]:
-    """Section and mistake, and the outcome's kind, of every slip on a page."""
-    section, rows = "", {}
-    for line in text.splitlines():
-        if line.startswith("## "):
-            section = line.removeprefix("## ")
-        elif line.startswith("| ") and not line.startswith(("| mistake", "|--")):
-            mistake, kind, *_ = (cell.strip() for cell in line.strip("|").split("|"))
-            rows[section, mistake] = kind
-        elif line.startswith("- "):
-            rows[section, line.removeprefix("- ").rstrip(".;")] = "silent"
+    """Section and mistake, and the outcome, of every slip on the page."""
+    rows = {}
+    for section in SECTIONS:
+        for line in table_of(text, section).splitlines()[2:]:
+            outcome, mistakes = line.strip("| ").split(" | ")
+            rows |= {(section, mistake): outcome for mistake in mistakes.split("; ")}
     return rows
 
 
+def table_of(text: str, section: str) -> str:
+    """The table under a section's heading."""
+    return text.partition(f"\n### {section}\n\n")[2].partition("\n\n")[0]
+
+
 def page(text: str) -> str:
-    """The page with new tables; what stands before the first stays."""
-    parts = [text.partition("\n## ")[0]]
-    for name, (slips, introduction) in SECTIONS.items():
+    """The page with new tables."""
+    for section, slips in SECTIONS.items():
         outcomes = [(slip.mistake, slip.outcome()) for slip in slips if slip.mistake != RIGHT]
-        lines = ["| mistake | outcome | what is said |", "|---|---|---|"]
-        lines += [f"| {m} | {o.kind} | {o.says.replace('|', '/')} |" for m, o in outcomes if o.says]
-        silent = [f"- {mistake}" for mistake, outcome in outcomes if outcome.kind == "silent"]
-        if silent:
-            lines += ["", "**Silent**, so far:", "", *silent]
-        parts.append("\n".join([f"\n## {name}", "", introduction, "", *lines, ""]))
-    return "".join(parts)
+        rows = [
+            f"| {outcome} | {'; '.join(mistakes)} |"
+            for outcome in OUTCOMES
+            if (mistakes := [mistake for mistake, kind in outcomes if kind == outcome])
+        ]
+        table = "\n".join(["| outcome | mistakes |", "|---|---|", *rows])
+        text = text.replace(table_of(text, section), table)
+    return text
 
 
 if __name__ == "__main__":
