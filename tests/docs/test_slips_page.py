@@ -1,4 +1,4 @@
-"""The mistakes listed in docs/diagnose.md against the verbs: what each of them meets is what the page says."""
+"""The mistakes that docs/diagnose.md lists against the verbs: what each of them meets is what it says."""
 
 from __future__ import annotations
 
