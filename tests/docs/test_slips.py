@@ -1,4 +1,4 @@
-"""Mistakes in files against the verbs; docs/diagnose.md lists those of which nobody is told."""
+"""Mistakes in files against the verbs; docs/diagnose.md lists those that pass unnoticed."""
 
 from __future__ import annotations
 
@@ -22,6 +22,6 @@ def test_the_outcome_is_the_stated_one(slip):
 
 def test_the_page_lists_the_silent_ones():
     page = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
-    section = page.partition("\n## Mistakes that nobody is told of\n")[2].partition("\n## ")[0]
+    section = page.partition("\n## Mistakes that pass unnoticed\n")[2].partition("\n## ")[0]
     silent = [slip.mistake for _, slip in ALL if slip.outcome == "silent" and slip.mistake != slips.RIGHT]
     assert re.findall(r"^- (.*)$", section, re.MULTILINE) == silent
