@@ -180,8 +180,7 @@ assert (largest[1] < largest[2] / 50).all()
 #
 # The largest error of any joint, on a logarithmic scale.
 #
-# ![About 10 mrad with PD, 0.1 mrad with the model of 1 %, 0.01 mrad with the exact
-# model](../images/control_in_mujoco.png)
+# ![About 10 mrad with PD, 0.1 with the 1 % model, 0.01 exact](../images/control_in_mujoco.png)
 
 # %%
 figure, axes = plt.subplots(figsize=(7.0, 3.4), layout="constrained")
