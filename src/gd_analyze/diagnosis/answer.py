@@ -121,12 +121,37 @@ def opening(diagnosis: Diagnosis) -> str:
     if not poor:
         return _FAR_OFF if diagnosis.is_far_off else _of_fit(diagnosis, compared)
     good = [i for i in compared if i not in poor]
-    subject = "does not fit"
-    if good:
-        subject = f"fits {named_joints([i + 1 for i in good], n)} ({_left(diagnosis, good)}) but not"
+    subject = f"{_of_good(diagnosis, good)} but not" if good else "does not fit"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
     text = f"The file {subject} {joints} ({_left_of_poor(diagnosis, poor)})."
     return f"{text} No sign, unit, payload or column mends it."
+
+
+def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
+    """Joints, from 1, of which file and log do not agree: more is left than a file's usual error leaves.
+
+    Where they do not agree and no joint stands out, these are all that are compared.
+    """
+    residuals, moving = diagnosis.before.residuals, diagnosis.problem.moving
+    joints = tuple(i + 1 for i in moving if residuals[i] > MOST_RESIDUAL_SHARE)
+    if joints or word_of(diagnosis) != "does not agree":
+        return joints
+    return tuple(i + 1 for i in moving)
+
+
+def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
+    """Which joints, from 0, the file fits, as it is and once its links are fitted: "fits joints 2 to 4"."""
+    n, as_filed = diagnosis.arm.n_joints, diagnosis.as_filed
+    right = [i for i in good if as_filed[i] <= MOST_RESIDUAL_SHARE]
+    mended = [i for i in good if i not in right]
+    texts = []
+    if right:
+        left = percent(float(as_filed[right].max()))
+        texts.append(f"{named_joints([i + 1 for i in right], n)} ({left} of the torque or less is left)")
+    if mended:
+        joints = named_joints([i + 1 for i in mended], n)
+        texts.append(f"once its links are fitted, {joints} ({_left(diagnosis, mended)})")
+    return f"fits {' and, '.join(texts)}"
 
 
 def is_for_identification(diagnosis: Diagnosis) -> bool:

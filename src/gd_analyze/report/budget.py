@@ -22,6 +22,7 @@ from gd_analyze.results.model_facts import gamma_size, structure_note, worst_err
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_facts import stop_rows
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands
 
@@ -150,8 +151,10 @@ def place(ratio: float) -> float:
 
 def budget_words(budget: str) -> str:
     """A budget with the reference of its percentages, numbers to three digits."""
-    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", budget)
+    text = Budget.parse(budget).words
+    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", text)
     words = re.sub(r"% limit", " % of the torque limit", pretty(rounded))
+    words = re.sub(r"^log", "what the log leaves", re.sub(r"% log", " % of what the log leaves", words))
     words = re.sub(r"% (?=friction|uncertainty)", " % of ", words)
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 

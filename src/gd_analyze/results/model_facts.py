@@ -211,7 +211,7 @@ def joint_errors(
     return declared_table(
         "simplified_model",
         "joints",
-        f"Torque error by joint, budget {accuracy.budget}",
+        f"Torque error by joint, budget {accuracy.asked.words}",
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
         [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
         _ERRORS_ON_PAGE,
@@ -259,7 +259,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
         if model.level is TERM:
             exact_dynamics += f", or exact D, h and c, {model.form.functions.operations.pair}"
         return (
-            f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
+            f"Nothing saved: within the budget of {model.accuracy.asked.words} no model found takes fewer "
             f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
     costs = f"{model.operations.in_words}{_beside_exact(model)}{full.pair}"

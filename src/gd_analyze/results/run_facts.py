@@ -31,6 +31,7 @@ from gd_analyze.results.shown_tables import not_worth_keeping
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import amount, counted, joined, named_joints, number, thousands
@@ -57,7 +58,12 @@ def stop_rows(findings: Findings) -> list[Row]:
         return []
     position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == position, "words": _stop_words(row, findings.proof)}
+        row
+        | {
+            "own": row["position"] == position,
+            "name": Budget.parse(row["budget"]).words,
+            "words": _stop_words(row, findings.proof),
+        }
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
@@ -92,7 +98,7 @@ def stop_facts(findings: Findings) -> Iterator[AnyFact]:
     """The named budgets, a line each; JSON has their numbers."""
     rows = stop_rows(findings)
     for row in rows:
-        yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
+        yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["name"], row["words"])
     if "stops" in findings.tables:
         yield Value("stops", rows_of(findings.tables["stops"], "stop"))
 
@@ -112,14 +118,18 @@ def subtitle(findings: Findings) -> str:
 
 
 def run_headline(findings: Findings) -> str:
-    """Operations saved, error, and whether it is proven; preceded by whether a log agrees with the file."""
+    """Whether a log agrees with the file, and what the model saves."""
+    return f"{motion_result.agreement_sentence(findings)}{model_headline(findings)}"
+
+
+def model_headline(findings: Findings) -> str:
+    """Operations saved, error, and whether it is proven."""
     model, bound = findings.model, near_bound(findings)
-    agreed = motion_result.agreement_sentence(findings)
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
     if findings.is_unreadable:
-        return f"{agreed}{_unreadable_headline(findings)}"
+        return _unreadable_headline(findings)
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     tried = int(tube.attrs["tried"])
@@ -131,7 +141,7 @@ def run_headline(findings: Findings) -> str:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
-    return f"{agreed}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
+    return f"{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
 
 
 def _unreadable_headline(findings: Findings) -> str:
@@ -151,8 +161,8 @@ def _other_budget(findings: Findings) -> str:
         return ""
     is_read = 0 <= passed[0]["terms"] <= READABLE
     reason = "saves nothing" if is_read else f"has more than {READABLE} terms"
-    budgets = " and ".join(row["budget"] for row in passed)
-    return f"Within {findings.model.accuracy.budget} ({budgets} {reason}): "
+    budgets = " and ".join(row["name"] for row in passed)
+    return f"Within {findings.model.accuracy.asked.words} ({budgets} {reason}): "
 
 
 def elements_by_verdict(findings: Findings) -> Section:
@@ -214,7 +224,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     has_gamma = gamma is not None and not model.is_exact
     return (
         *((tried_error,) if tried else ()),
-        proven.seen_if(not tried),
+        proven.seen_if(not tried and not findings.is_unreadable),
         worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
         Fact(
             "kept_terms",
