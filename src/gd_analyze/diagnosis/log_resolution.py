@@ -15,10 +15,11 @@ from gd_analyze.motions.states import States
 
 
 class Growth(NamedTuple):
-    """Growth of what is left by an error, 0.01 for 1 % more, (n,); 0 where a joint is not compared."""
+    """What an error does to the RMS of what is left, (n,); 0 where a joint is not compared."""
 
-    fitted: FloatArray  # over the samples to which friction is fitted
-    held_out: FloatArray  # over the others
+    fitted: FloatArray  # growth over the samples to which friction is fitted, 0.01 for 1 % more
+    held_out: FloatArray  # growth over the others
+    most: FloatArray  # RMS of the error over all samples, over what is left: no growth is larger
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +62,13 @@ class LogResolution:
 
     def growth(self, error: FloatArray) -> Growth:
         """How much more a torque error leaves, N m (N), (N, n), with each joint's own numbers fitted anew."""
-        with_error = self.difference - self._refitted(np.where(np.isfinite(self.difference), error, np.nan))
-        parts = []
-        for chosen in (~self.is_held_out, self.is_held_out):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = _rms(with_error[chosen]) / _rms(self.difference[chosen])
-            parts.append(np.where(np.isfinite(ratio), ratio - 1.0, 0.0))
-        return Growth(*parts)
+        left = self._refitted(np.where(np.isfinite(self.difference), error, np.nan))
+        with_error = self.difference - left
+        fitted, held_out = (
+            _ratio(_rms(with_error[chosen]), _rms(self.difference[chosen]), 1.0) - 1.0
+            for chosen in (~self.is_held_out, self.is_held_out)
+        )
+        return Growth(fitted, held_out, _ratio(_rms(left), _rms(self.difference), 0.0))
 
     def _refitted(self, torque: FloatArray) -> FloatArray:
         """Torque less what a joint's own numbers make of it on the fitted samples."""
@@ -77,6 +78,13 @@ class LogResolution:
             numbers = np.linalg.lstsq(self.own[i, fitted], torque[fitted, i], rcond=None)[0]
             out[:, i] -= self.own[i] @ numbers
         return out
+
+
+def _ratio(values: FloatArray, by: FloatArray, otherwise: float) -> FloatArray:
+    """Ratio of two RMS values by joint; another number where there is none."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = values / by
+    return np.where(np.isfinite(ratio), ratio, otherwise)
 
 
 def _rms(values: FloatArray) -> FloatArray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -42,7 +43,9 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
     if log is not None and log.contradicted:
         joints = named_joints(log.contradicted, arm.n_joints)
         yield f"CONTRADICTED BY THE LOG at {joints}: {foreign(log.name)}."
-        yield f"Mend the file first: {foreign(log.remedy or 'gd-analyze diagnose ROBOT LOG')}"
+        yield "Mend the file first:"
+        command = textwrap.wrap(log.remedy or "gd-analyze diagnose ROBOT LOG", 100, break_long_words=False)
+        yield from (f"  {foreign(line)}" for line in command)
     yield ""
     if model is not None:
         size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"

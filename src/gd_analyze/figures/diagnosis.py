@@ -98,7 +98,8 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
                 )
             )
         rows.append(tuple(panels))
-    legend = tuple(LegendKey(look, colour, marker="circle") for look, (colour, *_) in looks.items())
+    keys = tuple(LegendKey(look, colour, marker="circle") for look, (colour, *_) in looks.items())
+    legend = keys if len(looks) > 1 else ()
     height = max(min(360.0 / max(len(rows), 1), 76.0), 60.0)
     return Figure(
         "What remains, where one looks for its cause", tuple(rows), FIGURE_WIDTH / 4, height, legend

@@ -95,6 +95,7 @@ REPORT: dict[str, Maker] = {
     "log": sections.log_parts,
     "verdicts": run_facts.elements_by_verdict,
     "structure": structure,
+    "left": sections.left_of_log,
     "errors": errors_with_bars,
     "model": model_sections.model_equations,
     "stops": run_facts.stop_facts,

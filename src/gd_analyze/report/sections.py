@@ -142,7 +142,7 @@ def _diagnosis(findings: Findings) -> Iterator[Part]:
 
 
 def log_parts(findings: Findings) -> Iterator[Part]:
-    """What a log says: torque of the joints that matter most, a table by joint, and where to look."""
+    """What a log says: torque of the joints that matter most, and a table by joint."""
     joints = shown_joints(findings) if has_log(findings) else []
     if not joints:
         return
@@ -150,11 +150,16 @@ def log_parts(findings: Findings) -> Iterator[Part]:
         "followed", f"Left after friction at {left_in_words(findings)}.", followed_figure(findings, joints)
     )
     yield joints_beside_log(findings)
-    if "diagnosis" in findings.tables:
-        table = findings.tables["diagnosis"]
-        compared = [i for i in joints if i in compared_joints(table)]
-        if compared:
-            yield where_drawing(table, findings.arm, compared)
+
+
+def left_of_log(findings: Findings) -> Iterator[Drawing]:
+    """Where to look for a cause of what is left at the joints that matter most."""
+    table = findings.tables.get("diagnosis")
+    if table is None:
+        return
+    joints = [i for i in shown_joints(findings) if i in compared_joints(table)]
+    if joints:
+        yield where_drawing(table, findings.arm, joints)
 
 
 def ranking_appendix(findings: Findings) -> Section:

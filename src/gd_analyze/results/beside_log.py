@@ -13,8 +13,8 @@ from gd_analyze.schema import declared_table
 from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.text import amount, named_joints, percent, thousands
 
-# Words for a joint that the file describes, describes once its links are fitted, or does not describe, and for
-# one of which the log says nothing.
+# Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
+# for one of which the log says nothing.
 FITS, LINKS_OFF, CONTRADICTED, NOT_COMPARED = "fits", "links off", "contradicted", "not compared"
 _ON_TERMINAL = [
     "joint", "peak_measured", "rms_beside_friction", "below_95", "share_left", "bound", "allowed", "said",

@@ -24,9 +24,11 @@ from gd_analyze.simplification.model import SimplifiedModel
 
 # Allowed to a joint that the log says nothing of: a share of its peak torque.
 _UNSEEN_SHARE = 0.01
-# Growth of what is left by which a log shows an error, and the least share of what is left to be allowed:
-# by the triangle inequality it never shows more than that share.
-_SHOWN_GROWTH, _LEAST_SHARE = 0.01, 1.0 / 16.0
+# An error shows if it leaves that much more, or if its RMS is that share of what is left: unrelated to it, a
+# tenth leaves 0.5 % more, but on other readings it may be related to it by chance.
+_SHOWN_GROWTH, _SHOWN_SHARE = 0.01, 0.1
+# Least share of what is left that is allowed: by the triangle inequality, no error leaves more than that.
+_LEAST_SHARE = 1.0 / 16.0
 
 # Makes the model of a budget; None if too many terms matter.
 SearchWithin = Callable[[Budget], SimplifiedModel | None]
@@ -64,7 +66,8 @@ def budget_of_log(
 ) -> LogBudget:
     """Halve a log's budget at joints where the log would show its model's error, down to a sixteenth.
 
-    An error shows if it leaves over 1 % more of the log, as RMS over the samples to which friction is fitted.
+    An error shows if it leaves over 1 % more of the log, as RMS over the samples to which friction is fitted,
+    or if its own RMS is over a tenth of what is left.
     """
     n = exact.arm.n_joints
     states, share = resolution.states, np.ones(n)
@@ -75,7 +78,8 @@ def budget_of_log(
         if model is None:
             return LogBudget(budget, is_readable=False)
         growth = resolution.growth(model.torque(*states.arrays) - torque)
-        is_shown = (growth.fitted > _SHOWN_GROWTH) & (share > _LEAST_SHARE)
+        is_shown = (growth.fitted > _SHOWN_GROWTH) | (growth.most > _SHOWN_SHARE)
+        is_shown &= share > _LEAST_SHARE
         if not is_shown.any():
             return LogBudget(budget, is_readable=True)
         share = np.where(is_shown, 0.5 * share, share)
