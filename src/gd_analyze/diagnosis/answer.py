@@ -43,6 +43,7 @@ _FRICTION_ALONE = (
     "as there is too little motion, or they do not hold the arm's weight and inertia."
 )
 _FOLLOWED = ("position", "velocity", "acceleration", "time")
+_VARIES = {quantity: f"varies with {quantity}" for quantity in _FOLLOWED} | {"time": "drifts with time"}
 Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 
@@ -194,7 +195,7 @@ def _of_causes(diagnosis: Diagnosis) -> str:
     after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
     text = f"Mended, {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
     unsure = [cause.unsure for cause in diagnosis.causes if cause.unsure]
-    return text + "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
+    return text + "".join(f" Another cause would fit equally well: {other}." for other in unsure)
 
 
 def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
@@ -204,22 +205,21 @@ def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
 
 
 def _left_of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
-    """How much of the torque of some joints, from 0, is left, and what it follows."""
+    """How much of the torque of some joints, from 0, is left, and with what it varies."""
     shares = enumerated([_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor])
     followed = _followed(diagnosis, poor)
-    return f"{shares} is left; it follows {followed}" if followed else f"{shares} is left"
+    return f"{shares} is left; it {followed}" if followed else f"{shares} is left"
 
 
 def _followed(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
-    """Which quantities the residuals of some joints, from 0, follow: "time at joint 3"."""
+    """With what residuals of some joints, from 0, vary: "drifts with time at joint 3"; "" with nothing."""
     follows = what_remains_follows(diagnosis.corrected)
     joints_by_quantity: dict[str, list[int]] = {}
     for i in poor:
         joints_by_quantity.setdefault(follows[i], []).append(i + 1)
-    if len(joints_by_quantity) == 1:
-        return next(iter(joints_by_quantity))
+    is_alike = len(joints_by_quantity) == 1
     return " and ".join(
-        f"{quantity} at {named_joints(joints, diagnosis.arm.n_joints)}"
+        f"{_VARIES[quantity]}{'' if is_alike else f' at {named_joints(joints, diagnosis.arm.n_joints)}'}"
         for quantity, joints in joints_by_quantity.items()
         if quantity
     )

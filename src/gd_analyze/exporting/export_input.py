@@ -269,7 +269,7 @@ def _require_invertible(model: SimplifiedModel) -> None:
     if model.is_torque_only or not eigenvalue > 0.0:
         states = f"D has the eigenvalue {eigenvalue:.3g} within the arm's limits"
         raise ModelError(
-            f"the model of {arm.name} is for torque only: forward dynamics divide by its D",
+            f"the model of {arm.name} is for feedforward only: forward dynamics divide by its D",
             where="what forward",
             expected="gamma below 1, and a positive definite D",
             found=f"gamma {gamma:.3g}" if gamma is not None and model.is_torque_only else states,

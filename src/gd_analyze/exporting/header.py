@@ -60,8 +60,10 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  exact D, h and c, each a function of its own, {totals} operations,"
         yield f"  {apart.sines_cosines} sin and cos."
         if model.accuracy.gamma is not None:
-            use = "torque only" if model.is_torque_only else "below 1: fit for feedback"
-            yield f"Largest |eigenvalue of D^-1 Ds - I|, Ds this D: {up(model.accuracy.gamma):.3g} ({use})."
+            use = "feedforward only" if model.is_torque_only else "safe for feedback"
+            size = f"{up(100.0 * model.accuracy.gamma):.3g} %"
+            yield f"Mass matrix within {size} of the exact one: {use}."
+            yield "  (The largest |eigenvalue of D^-1 Ds - I|, Ds this D; safe below 100 %.)"
     if subject.torque is not None:
         yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."
     has_friction = any(function.name == "friction" for function in subject.functions)

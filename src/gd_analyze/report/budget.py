@@ -71,7 +71,9 @@ class BudgetPath:
             if row["position"] >= 0 and share is not None and share <= 1.0:
                 used = percent(share_up(share))
                 sentence = f"Near the motion the model uses at most {used} of this budget ({findings.proof})."
-                out[row["position"]] = sentence if gamma is None else f"{sentence} Gamma {gamma_size(gamma)}."
+                out[row["position"]] = (
+                    sentence if gamma is None else f"{sentence} Mass matrix within {gamma_size(gamma)}."
+                )
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)

@@ -30,7 +30,7 @@ def structure(findings: Findings) -> tuple[Drawing, ...]:
             "structure",
             "Every element of D (symmetric), h and c in its place.",
             replace(matrix_figure(findings), legend=()),
-            "Figure and area: its largest torque over the peak torque of its joint; the square is full from "
+            "Figure and area: its largest torque over the peak torque of its joint; the square is capped at "
             "100 %, above which elements cancel."
             f"{' ↓: at the joint of the column.' if crosses(findings) else ''}"
             f"{' On the diagonal the drive is added.' if drives else ''}",

@@ -16,7 +16,7 @@ from gd_analyze.result import AnyFact, Fact, Section, Shown, Table, Value, value
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
-    GAMMA,
+    MASS_MATRIX,
     drives_text,
     gamma_size,
     headline,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 _LISTED = {
     "translation": "Translation dominates",
     "rotation": "Rotation dominates",
-    "both": "Both count in",
+    "both": "Neither part can be dropped",
     "gravity": "Gravity",
     "negligible": "Negligible",
     "zero": "Zero",
@@ -87,11 +87,12 @@ def _stop_words(row: Row, proof: str) -> str:
 
 
 def _used_words(row: Row, proof: str) -> str:
-    """How much of a budget its model uses: "uses 76 % (proven)"."""
+    """How much of a budget its model uses: "the worst joint reaches 76 % of its allowance (proven)"."""
     share = row["proven_share"]
     if share is None or share > 1.0:
         return "not proven"
-    return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
+    reached = value_text(share, "", "bound_percent")
+    return f"the worst joint reaches {reached} of its allowance ({proof})"
 
 
 def stop_facts(findings: Findings) -> Iterator[AnyFact]:
@@ -232,7 +233,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
             len(model.terms),
             text=model.operations_full.pair if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
-        *((Shown(GAMMA, gamma_size(gamma)),) if has_gamma else ()),
+        *((Shown(MASS_MATRIX, gamma_size(gamma)),) if has_gamma else ()),
     )
 
 
