@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ from gd_analyze.results.model_facts import (
 )
 from gd_analyze.results.near_motion import near_bound, tube_bound
 from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
-from gd_analyze.results.shown_tables import not_worth_keeping
+from gd_analyze.results.shown_tables import not_worth_keeping, text_agreement
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
@@ -167,8 +167,11 @@ def _other_budget(findings: Findings) -> str:
 
 
 def elements_by_verdict(findings: Findings) -> Section:
-    """The elements of a run by verdict."""
-    return verdict_section(findings.dominance)
+    """The elements of a run by verdict, and how many of the text's verdicts agree."""
+    section, agreement = verdict_section(findings.dominance), text_agreement(findings)
+    if not agreement:
+        return section
+    return replace(section, parts=(*section.parts, Fact("text", "Beside the text", agreement, shown="text")))
 
 
 def verdict_section(ranking: xr.Dataset) -> Section:
