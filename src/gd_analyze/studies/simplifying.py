@@ -36,7 +36,7 @@ from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 from gd_analyze.simplification.simplify import Check, simplify_exact
-from gd_analyze.studies.against_log import beside_log, budget_of_log, require_log, with_log
+from gd_analyze.studies.against_log import beside_log, require_log, with_log, within_log
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -186,13 +186,17 @@ def search_beside_log(
     require_log(verdict, budget)
     exact = with_log(exact, verdict)
 
-    def model_within(budget: Budget) -> SimplifiedModel:
-        roughly = replace(options, thorough=False)
-        return search_model(exact, motion, budget, roughly, at_states=True).model
+    def roughly(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, replace(options, thorough=False), at_states=True)
 
+    def near_motion(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, options, **how)
+
+    held = None
     if "log" in budget.wholes and verdict.resolution is not None:
-        budget = budget_of_log(exact, verdict.resolution, budget, model_within).budget
-    held = search_model(exact, motion, budget, options, **how)
+        held = within_log(exact, verdict.resolution, budget, [roughly, near_motion])
+    if held is None:
+        held = near_motion(budget)
     comparison = compared(exact.arm, motion, exact.torque)
     return held._replace(model=beside_log(held.model, motion, comparison, verdict, exact.left_of_log))
 
