@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,6 +46,7 @@ def diagnose(
       gd-analyze diagnose my_robot.urdf logs
     """
     with output.working() as progress:
+        from gd_analyze.diagnosis.answer import is_for_identification, word_of
         from gd_analyze.results.diagnosis_result import diagnosis_result
         from gd_analyze.results.findings import provenance
         from gd_analyze.studies.study_files import StudyFolder
@@ -55,6 +57,17 @@ def diagnose(
         files = StudyFolder(report, "diagnosis", formats, inputs, overwrite=overwrite)
         require_outputs(*files.paths)
         progress.stage("diagnosing")
-        result = diagnosis_result(gd.diagnose(arm, motions), provenance(command_line()))
+        diagnosis = gd.diagnose(arm, motions)
+        result = diagnosis_result(diagnosis, provenance(command_line()))
         files.write(result, progress)
-    output.give(result, *files.paths)
+        main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading()]
+        next_command = shlex.join(main_job)
+        if word_of(diagnosis) != "agrees":
+            next_command = log_options.command_that_mends(
+                [*robot.words, *logs],
+                main_job,
+                identify=is_for_identification(diagnosis),
+                remedy=diagnosis.remedy.options if diagnosis.remedy.is_all_typed else "",
+            )
+    # Standard input cannot be read again.
+    output.give(result, *files.paths, next_command="" if "-" in logs else next_command)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -131,6 +132,28 @@ def words_of_reading() -> list[str]:
                 values = value if option.multiple else [value]
                 typed += [word for each in values for word in (option.opts[0], str(each))]
     return typed
+
+
+def command_that_mends(inputs: Sequence[str], typed: Sequence[str], *, identify: bool, remedy: str) -> str:
+    """What to type where file and logs do not agree; "" if nothing mends them.
+
+    Parameters
+    ----------
+    inputs
+        Words that name the robot and the logs.
+    typed
+        The command that takes the options of a remedy.
+    identify
+        Whether the links are to be fitted to the logs.
+    remedy
+        Options that mend the logs or the arm; "" for none.
+    """
+    if identify:
+        return shlex.join(["gd-analyze", "identify", *inputs, *words_of_reading(), "-o", "fitted.toml"])
+    options = shlex.split(remedy)
+    # Options already typed would have to be combined with these.
+    is_new = not {word.partition("=")[0] for word in typed} & {word for word in options if word[:2] == "--"}
+    return shlex.join([*typed, *options]) if options and is_new else ""
 
 
 def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:

@@ -12,7 +12,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import log_options, read_motions, words_of_reading
+from gd_analyze.cli.log_options import command_that_mends, log_options, read_motions
 from gd_analyze.cli.options import FILE, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.files import RESULT_FILES, require_one_run
@@ -99,23 +99,29 @@ def analyze(
             progress=progress,
         )
         del motion  # the findings hold what is shown of a long one, whose memory the reports can use
+        model = folder / RESULT_FILES["json"] if "json" in formats else None
+        findings = findings.with_next(_next_command(findings, robot, trajectories, model))
         write_findings(findings, folder, formats, strangers, progress)
-    next_command = _next_command(findings, robot, trajectories)
-    _give(findings, folder, formats, output, top, next_command)
+    _give(findings, folder, formats, output, top)
 
 
-def _next_command(findings: Findings, robot: GivenRobot, trajectories: Sequence[str]) -> str:
-    """What to type where a log does not agree: the same with what mends it, or what fits the links to it."""
+def _next_command(
+    findings: Findings, robot: GivenRobot, trajectories: Sequence[str], model: Path | None
+) -> str:
+    """What to type beside a log: what mends the file, or fits its links to the log, or else an export."""
     if "diagnosis" not in findings.tables or "-" in trajectories:
         return ""
+    if findings.tables["measured_torque"].attrs["verdict"] == "agrees":
+        if findings.model.saves and model is not None:
+            return shlex.join(["gd-analyze", "export", str(model), "--to", "c"])
+        return shlex.join(["gd-analyze", "export", *robot.words, "--to", "c"])
     stated = findings.tables["diagnosis"].attrs
-    if stated["identify"]:
-        words = [*robot.words, *trajectories, *words_of_reading(), "-o", "fitted.toml"]
-        return shlex.join(["gd-analyze", "identify", *words])
-    typed, remedy = shlex.split(command_line()), shlex.split(stated["options"])
-    # Options already typed would have to be combined with these.
-    is_new = not {word.partition("=")[0] for word in typed} & {word for word in remedy if word[:2] == "--"}
-    return shlex.join([*typed, *remedy]) if remedy and is_new else ""
+    return command_that_mends(
+        [*robot.words, *trajectories],
+        shlex.split(command_line()),
+        identify=bool(stated["identify"]),
+        remedy=str(stated["options"]),
+    )
 
 
 analyze.context_class = MainJobContext
@@ -159,11 +165,11 @@ def _give(
     formats: tuple[str, ...],
     output: Output,
     top: int,
-    next_command: str = "",
 ) -> None:
     """Print what was found and which files hold it; `top` rows of the ranking for people."""
     from gd_analyze.report.main_report import JSON, TERMINAL, main_result
 
     result = main_result(findings, JSON if output.as_json else TERMINAL, top)
     paths = (folder / RESULT_FILES[name] for name in formats)
+    next_command = findings.provenance.get("next", "")
     output.give(result, *paths, folder=folder, next_command=next_command)

@@ -85,7 +85,7 @@ def simplify(
         from gd_analyze.simplification.model_file import replaces_model
         from gd_analyze.simplification.search import SearchOptions
         from gd_analyze.simplification.search_time import SearchTime
-        from gd_analyze.studies.simplifying import require_consistent, search_model
+        from gd_analyze.studies.simplifying import require_consistent, search_beside_log
 
         replaces = out is not None and replaces_model(out)
         limit = SearchTime(seconds)
@@ -102,7 +102,7 @@ def simplify(
         )
         start = time.perf_counter()
         exact, motion = inputs.exact(progress)
-        held_model = search_model(
+        held_model = search_beside_log(
             exact,
             motion,
             asked_budget,

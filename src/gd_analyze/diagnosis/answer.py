@@ -43,6 +43,7 @@ _FRICTION_ALONE = (
     "as there is too little motion, or they do not hold the arm's weight and inertia."
 )
 _FOLLOWED = ("position", "velocity", "acceleration", "time")
+_VARIES = {quantity: f"varies with {quantity}" for quantity in _FOLLOWED} | {"time": "drifts with time"}
 Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 
 
@@ -121,12 +122,37 @@ def opening(diagnosis: Diagnosis) -> str:
     if not poor:
         return _FAR_OFF if diagnosis.is_far_off else _of_fit(diagnosis, compared)
     good = [i for i in compared if i not in poor]
-    subject = "does not fit"
-    if good:
-        subject = f"fits {named_joints([i + 1 for i in good], n)} ({_left(diagnosis, good)}) but not"
+    subject = f"{_of_good(diagnosis, good)} but not" if good else "does not fit"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
     text = f"The file {subject} {joints} ({_left_of_poor(diagnosis, poor)})."
     return f"{text} No sign, unit, payload or column mends it."
+
+
+def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
+    """Joints, from 1, of which file and log do not agree: more is left than a file's usual error leaves.
+
+    Where they do not agree and no joint stands out, these are all that are compared.
+    """
+    residuals, moving = diagnosis.before.residuals, diagnosis.problem.moving
+    joints = tuple(i + 1 for i in moving if residuals[i] > MOST_RESIDUAL_SHARE)
+    if joints or word_of(diagnosis) != "does not agree":
+        return joints
+    return tuple(i + 1 for i in moving)
+
+
+def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
+    """Which joints, from 0, the file fits, as it is and once its links are fitted: "fits joints 2 to 4"."""
+    n, as_filed = diagnosis.arm.n_joints, diagnosis.as_filed
+    right = [i for i in good if as_filed[i] <= MOST_RESIDUAL_SHARE]
+    mended = [i for i in good if i not in right]
+    texts = []
+    if right:
+        left = percent(float(as_filed[right].max()))
+        texts.append(f"{named_joints([i + 1 for i in right], n)} ({left} of the torque or less is left)")
+    if mended:
+        joints = named_joints([i + 1 for i in mended], n)
+        texts.append(f"once its links are fitted, {joints} ({_left(diagnosis, mended)})")
+    return f"fits {' and, '.join(texts)}"
 
 
 def is_for_identification(diagnosis: Diagnosis) -> bool:
@@ -169,7 +195,7 @@ def _of_causes(diagnosis: Diagnosis) -> str:
     after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
     text = f"Mended, {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
     unsure = [cause.unsure for cause in diagnosis.causes if cause.unsure]
-    return text + "".join(f" The log does not tell this from another cause: {other}." for other in unsure)
+    return text + "".join(f" Another cause would fit equally well: {other}." for other in unsure)
 
 
 def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
@@ -179,22 +205,21 @@ def _of_rival(diagnosis: Diagnosis, rival: Candidate) -> str:
 
 
 def _left_of_poor(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
-    """How much of the torque of some joints, from 0, is left, and what it follows."""
+    """How much of the torque of some joints, from 0, is left, and with what it varies."""
     shares = enumerated([_share_of_torque(float(diagnosis.after.residuals[i])) for i in poor])
     followed = _followed(diagnosis, poor)
-    return f"{shares} is left; it follows {followed}" if followed else f"{shares} is left"
+    return f"{shares} is left; it {followed}" if followed else f"{shares} is left"
 
 
 def _followed(diagnosis: Diagnosis, poor: Sequence[int]) -> str:
-    """Which quantities the residuals of some joints, from 0, follow: "time at joint 3"."""
+    """With what residuals of some joints, from 0, vary: "drifts with time at joint 3"; "" with nothing."""
     follows = what_remains_follows(diagnosis.corrected)
     joints_by_quantity: dict[str, list[int]] = {}
     for i in poor:
         joints_by_quantity.setdefault(follows[i], []).append(i + 1)
-    if len(joints_by_quantity) == 1:
-        return next(iter(joints_by_quantity))
+    is_alike = len(joints_by_quantity) == 1
     return " and ".join(
-        f"{quantity} at {named_joints(joints, diagnosis.arm.n_joints)}"
+        f"{_VARIES[quantity]}{'' if is_alike else f' at {named_joints(joints, diagnosis.arm.n_joints)}'}"
         for quantity, joints in joints_by_quantity.items()
         if quantity
     )

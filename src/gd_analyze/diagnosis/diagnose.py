@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import reduce
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
 from pathlib import Path
 
 from gd_analyze.arguments import strict
+from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, is_unexplained, ranked, rivals_of
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
@@ -28,6 +29,8 @@ from gd_analyze.threads import one_thread
 
 # Logs that no common answer explains are diagnosed one by one, up to this number: each takes a second.
 _MOST_DIAGNOSED_ALONE = 8
+# Share of a file's usual error that leaves links as they are, up to round-off.
+_NO_FREEDOM = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +87,11 @@ class Diagnosis:
         causes = [f"{cause.what}: {cause.remedy}." for cause in self.causes] or ["No cause was found."]
         title = f"{self.arm.title or self.arm.name} diagnosed with {', '.join(self.logs)}"
         return html_of(title, ["joint", "remains", "with the causes"], rows, " ".join(causes))
+
+    @cached_property
+    def as_filed(self) -> FloatArray:
+        """Residuals by joint with the links as the file has them, as shares of torque, (n,)."""
+        return self.problem.fit(replace(self.problem.correction, freedom=_NO_FREEDOM)).residuals
 
     @property
     def cause(self) -> Candidate | None:

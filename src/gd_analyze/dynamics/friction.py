@@ -107,9 +107,10 @@ class Friction:
     # Standard errors; nan for values held at 0. Correlated residuals count as fewer readings. They reflect
     # noise, not errors of the model
     errors: FloatArray
-    # Measurement compared with model plus friction: RMS of the difference, and share of the measured variance
-    # explained, shape (n,)
+    # Measurement compared with model plus friction: RMS of the difference, its size that 95 % of the readings
+    # stay below, and share of the measured variance explained, shape (n,)
     rms: FloatArray
+    below_95: FloatArray
     explained: FloatArray
 
     @classmethod
@@ -124,10 +125,11 @@ class JointFriction(NamedTuple):
     terms: FloatArray
     errors: FloatArray
     rms: float
+    below_95: float
     explained: float
 
 
-NOT_FITTED = JointFriction(np.full(3, np.nan), np.full(3, np.nan), np.nan, np.nan)
+NOT_FITTED = JointFriction(np.full(3, np.nan), np.full(3, np.nan), np.nan, np.nan, np.nan)
 
 
 def fit_joint(
@@ -152,11 +154,13 @@ def fit_joint(
     deviation = _deviations(r, weights, free, time, count)
     is_fitted = [term in terms for term in _OF_TERM]
     rms = float(np.linalg.norm(r @ weights)) / np.sqrt(count)
+    left = np.concatenate([(columns(at) @ weights)[used[at]] for at in chunks(len(model))])
     variance = float(measured[used].var())
     return JointFriction(
         terms=np.where(is_fitted, 0.0 - weights[[*_OF_TERM]], np.nan),
         errors=np.where(is_fitted, deviation[[*_OF_TERM]], np.nan),
         rms=rms,
+        below_95=float(np.quantile(np.abs(left), 0.95)),
         explained=1.0 - rms**2 / variance if variance else np.nan,
     )
 

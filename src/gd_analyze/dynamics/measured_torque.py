@@ -51,8 +51,8 @@ class TorqueComparison:
         Largest number of set points compared; fewer at joints that lack readings.
     bias, rms
         Mean and RMS of measured minus model.
-    peak_measured
-        Largest measured magnitude.
+    peak_measured, rms_measured
+        Largest measured magnitude, and RMS measured.
     explained
         Share of the measured variance that the model explains; negative if the model increases it.
     friction
@@ -66,6 +66,7 @@ class TorqueComparison:
     bias: FloatArray
     rms: FloatArray
     peak_measured: FloatArray
+    rms_measured: FloatArray
     explained: FloatArray
     friction: Friction
 
@@ -130,27 +131,37 @@ def compared(arm: RobotArm, trajectory: Trajectory, model: FloatArray) -> Torque
     used = settled(trajectory)[:, None] & np.isfinite(measured)
     counts = used.sum(axis=0)
     is_measured = (counts >= _FEWEST_READINGS) & (used & (measured != 0.0)).any(axis=0)
-    numbers = np.full((4, n), np.nan)
+    numbers = np.full((5, n), np.nan)
     fits, signs = [NOT_FITTED] * n, directions(trajectory)
     for i in np.flatnonzero(is_measured).tolist():
         readings = measured[used[:, i], i]
         difference = readings - model[used[:, i], i]
         size, spread = np.abs(readings).max(), readings.std()
         explained = 1.0 - difference.var() / spread**2 if spread > _CONSTANT_SHARE * size else np.nan
-        numbers[:, i] = difference.mean(), np.sqrt(np.mean(difference**2)), size, explained
+        rms, rms_measured = (float(np.sqrt(np.mean(x**2))) for x in (difference, readings))
+        numbers[:, i] = difference.mean(), rms, size, rms_measured, explained
         fits[i] = _friction(trajectory, i, signs[:, i], model[:, i], measured[:, i], used[:, i])
-    bias, rms, peak_measured, explained_shares = numbers
+    biases, rms_differences, peaks, rms_readings, explained_shares = numbers
     return TorqueComparison(
         arm=arm,
         model=model,
         measured=measured,
         compared=int(counts[is_measured].max(initial=0)),
-        bias=bias,
-        rms=rms,
-        peak_measured=peak_measured,
+        bias=biases,
+        rms=rms_differences,
+        peak_measured=peaks,
+        rms_measured=rms_readings,
         explained=explained_shares,
         friction=Friction.of(fits),
     )
+
+
+def with_friction_fitted(comparison: TorqueComparison, trajectory: Trajectory) -> FloatArray:
+    """Torque of the model and the friction fitted beside it, (N, n); nan where a joint rests or creeps."""
+    sign, friction = directions(trajectory), np.nan_to_num(comparison.friction.terms)
+    coulomb, viscous, offset = friction.T
+    torque = comparison.model + coulomb * sign + viscous * trajectory.qd + offset
+    return np.where(sign != 0, torque, np.nan)
 
 
 def _friction(

@@ -14,7 +14,13 @@ import numpy as np
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.dynamics import composite_moments, newton_euler_link, newton_euler_regrouped
 from gd_analyze.dynamics.base_parameters import BaseParameters, base_parameters
-from gd_analyze.dynamics.drivetrain import coulomb_friction, has_friction, viscous_coefficients
+from gd_analyze.dynamics.drivetrain import (
+    coulomb_friction,
+    has_friction,
+    viscous_coefficients,
+    with_friction,
+)
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.dynamics.regrouped_links import regrouped
 from gd_analyze.errors import ModelError, UsageError, require_type
@@ -31,7 +37,7 @@ from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.sharing import rewritten
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.accuracy import STATED
+from gd_analyze.simplification.accuracy import STATED, AgainstLog
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.harmonic import ENERGY
 from gd_analyze.simplification.model import SimplifiedModel
@@ -172,7 +178,8 @@ class ExportInput:
         base = base_parameters(self.arm, self.drives) if set(OF_PARAMETERS) & set(names) else None
         if self.model is not None and "forward" in names:
             _require_invertible(self.model)
-        more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew)
+        log = None if self.model is None else self.model.accuracy.log
+        more = _further_functions(self.arm, self.torque.program, symmetric, skew=skew, log=log)
         functions = [more[name]() for name in FURTHER if name in more and name in names]
         if base is not None:
             model = self.model
@@ -237,6 +244,13 @@ def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Fu
     )
 
 
+def arm_with_friction(arm: RobotArm, log: AgainstLog | None) -> RobotArm:
+    """The arm with the friction it states or, if it states none, with that fitted to a model's log."""
+    if has_friction(arm) or log is None:
+        return arm
+    return with_friction(arm, np.column_stack([getattr(log, name) for name in FRICTION_TERMS]))
+
+
 # Positions at which D of a model is tried before its forward dynamics are exported.
 _TRIED_POSITIONS = 2000
 
@@ -255,7 +269,7 @@ def _require_invertible(model: SimplifiedModel) -> None:
     if model.is_torque_only or not eigenvalue > 0.0:
         states = f"D has the eigenvalue {eigenvalue:.3g} within the arm's limits"
         raise ModelError(
-            f"the model of {arm.name} is for torque only: forward dynamics divide by its D",
+            f"the model of {arm.name} is for feedforward only: forward dynamics divide by its D",
             where="what forward",
             expected="gamma below 1, and a positive definite D",
             found=f"gamma {gamma:.3g}" if gamma is not None and model.is_torque_only else states,
@@ -270,7 +284,7 @@ FURTHER = ("derivatives", "coriolis_matrix", "forward", "payload", "friction", *
 
 
 def _further_functions(
-    arm: RobotArm, torque: Program, symmetric: bool, *, skew: bool
+    arm: RobotArm, torque: Program, symmetric: bool, *, skew: bool, log: AgainstLog | None
 ) -> dict[str, Callable[[], Function]]:
     n = arm.n_joints
     square = (n, n)
@@ -305,15 +319,16 @@ def _further_functions(
         meaning = (
             "Coulomb and viscous friction of the drives at the joints, to be added to the torque; 0 at rest"
         )
-        if not has_friction(arm):
+        rubbing = arm_with_friction(arm, log)
+        if not has_friction(rubbing):
             raise UsageError(
                 f"nothing states the friction of {arm.name}",
                 where="what friction",
                 next_step="fit it to a log: `gd-analyze ROBOT LOG --fit-friction` or `gd-analyze identify`",
             )
-        levels, trace = coulomb_friction(arm, np.array([np.ones(n), -np.ones(n)])), Trace()
-        terms = []
-        for i, (forward, backward, slope) in enumerate(zip(*levels, viscous_coefficients(arm), strict=True)):
+        levels, trace = coulomb_friction(rubbing, np.array([np.ones(n), -np.ones(n)])), Trace()
+        terms, slopes = [], viscous_coefficients(rubbing)
+        for i, (forward, backward, slope) in enumerate(zip(*levels, slopes, strict=True)):
             qd = trace.record("input", f"qd{i + 1}")
             sign = trace.sign(qd)
             mean = trace.multiply(trace.multiply(sign, sign), 0.5 * float(forward + backward))

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import math
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
 
 from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
@@ -12,7 +16,7 @@ from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import model_text
-from gd_analyze.text import number
+from gd_analyze.text import named_joints, number, percent
 
 
 def header(subject: ExportInput, foreign: Callable[[str], str]) -> list[str]:
@@ -20,7 +24,14 @@ def header(subject: ExportInput, foreign: Callable[[str], str]) -> list[str]:
 
     `foreign` escapes a text from outside for a comment.
     """
-    lines = (*_contents(subject, foreign), "", *_joints(subject, foreign), "", *_errors(subject, foreign))
+    lines = (
+        *_contents(subject, foreign),
+        "",
+        *_joints(subject, foreign),
+        "",
+        *_errors(subject, foreign),
+        *_against_log(subject, foreign),
+    )
     return [line.rstrip() for line in lines]
 
 
@@ -28,6 +39,13 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
     arm, model = subject.arm, subject.model
     kind = "Exact dynamics" if model is None else "Simplified torque model"
     yield f"{kind} of {foreign(arm.title or arm.name)}, by gd-analyze {__version__}."
+    log = None if model is None else model.accuracy.log
+    if log is not None and log.contradicted:
+        joints = named_joints(log.contradicted, arm.n_joints)
+        yield f"CONTRADICTED BY THE LOG at {joints}: {foreign(log.name)}."
+        yield "Mend the file first:"
+        command = textwrap.wrap(log.remedy or "gd-analyze diagnose ROBOT LOG", 100, break_long_words=False)
+        yield from (f"  {foreign(line)}" for line in command)
     yield ""
     if model is not None:
         size_text = f"{model.size[0]} of {model.size[1]} {model.level.keeps}"
@@ -42,8 +60,10 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  exact D, h and c, each a function of its own, {totals} operations,"
         yield f"  {apart.sines_cosines} sin and cos."
         if model.accuracy.gamma is not None:
-            use = "torque only" if model.is_torque_only else "below 1: fit for feedback"
-            yield f"Largest |eigenvalue of D^-1 Ds - I|, Ds this D: {up(model.accuracy.gamma):.3g} ({use})."
+            use = "feedforward only" if model.is_torque_only else "safe for feedback"
+            size = f"{up(100.0 * model.accuracy.gamma):.3g} %"
+            yield f"Mass matrix within {size} of the exact one: {use}."
+            yield "  (The largest |eigenvalue of D^-1 Ds - I|, Ds this D; safe below 100 %.)"
     if subject.torque is not None:
         yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."
     has_friction = any(function.name == "friction" for function in subject.functions)
@@ -95,6 +115,23 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
     yield f"Proven: no state of the following box ({where}) has an error above the bound."
     headings = ["joint", "q from", "q to", "|qd| up to", "|qdd| up to", "bound"]
     yield from _table(headings, proven_rows(subject.certificate))
+
+
+def _against_log(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
+    """What a log says of the model: what is left of its torques, beside what the exact model leaves."""
+    log = None if subject.model is None else subject.model.accuracy.log
+    if log is None:
+        return
+    yield f"Against the log {foreign(log.name)}, {log.readings} readings,"
+    yield f"  SHA-256 {log.fingerprint}:"
+    yield "measured torque less that of the model and of friction fitted to their difference."
+    if log.growth is not None and np.isfinite(log.growth).any():
+        largest = max(float(np.nanmax(log.growth)), 0.0)
+        yield f"On readings not fitted at most {percent(largest)} more is left than by the exact model."
+    headings = ["joint", "RMS", "95 % below", "RMS of the exact model", "Coulomb", "viscous", "offset"]
+    columns = (log.rms, log.below_95, log.rms_exact, log.coulomb, log.viscous, log.offset)
+    rows = [["-" if math.isnan(x) else number(x) for x in row] for row in np.transpose(columns).tolist()]
+    yield from _table(headings, rows)
 
 
 def sampled_rows(model: SimplifiedModel) -> list[list[str]]:

@@ -88,7 +88,7 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
             panels.append(
                 Panel(
                     f"{quantity}{i + 1}",
-                    f"{short_joint_label(arm.joints, i, 60.0)}: {quantity}",
+                    f"{i + 1}: {quantity}",
                     value_axis(units[not arm.is_revolute[i]], across, most=2, zero=False),
                     y,
                     tuple(
@@ -98,8 +98,9 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
                 )
             )
         rows.append(tuple(panels))
-    legend = tuple(LegendKey(look, colour, marker="circle") for look, (colour, *_) in looks.items())
-    height = max(min(360.0 / max(len(rows), 1), 110.0), 60.0)
+    keys = tuple(LegendKey(look, colour, marker="circle") for look, (colour, *_) in looks.items())
+    legend = keys if len(looks) > 1 else ()
+    height = max(min(360.0 / max(len(rows), 1), 76.0), 60.0)
     return Figure(
         "What remains, where one looks for its cause", tuple(rows), FIGURE_WIDTH / 4, height, legend
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -297,6 +297,31 @@ def measured_figure(run: Run) -> Figure:
         legend.append(LegendKey("with friction; friction and offset", "rotation"))
     height = min(252.0 / max(len(joints), 1), 92.0)
     return Figure("Measured and exact torque", tuple(rows), FIGURE_WIDTH / 2, height, tuple(legend))
+
+
+def followed_figure(run: Run, joints: Sequence[int]) -> Figure:
+    """Measured torque of some joints, from 0, beside that of file and friction, and their difference."""
+    table, time = run.tables["measured_torque"], run.trajectory.time
+    x, panels = time_axis(time, 8), []
+    for i in joints:
+        measured, modelled = (table[name].values[:, i] for name in ("filtered", "with_friction"))
+        gaps = run.gaps_among(np.arange(len(time)))
+        is_compared = np.isfinite(measured + modelled)
+        near, far = (broken(np.where(is_compared, values, np.nan), gaps) for values in (measured, modelled))
+        joint = run.arm.joints[i]
+        items = (
+            Area(broken(time, gaps), near, far, "area-left", "not explained"),
+            over_time(time, measured, gaps, colour="combined", width=1.3, label="measured"),
+            over_time(time, modelled, gaps, colour="accent", width=1.0, label="file and friction"),
+        )
+        y = value_axis(joint.effort_unit, measured, modelled)
+        panels.append(Panel(f"followed{i + 1}", short_joint_label(run.arm.joints, i, 300.0), x, y, items))
+    legend = (
+        LegendKey("measured", "combined"),
+        LegendKey("torque of the file, and fitted friction where the joint moves", "accent"),
+        LegendKey("not explained", "area-left", "area"),
+    )
+    return in_columns("Measured torque beside that of file and friction", panels, 1, 92.0, legend)
 
 
 def measured_joints(run: Run) -> list[int]:

@@ -22,6 +22,7 @@ from gd_analyze.results.model_facts import gamma_size, structure_note, worst_err
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_facts import stop_rows
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands
 
@@ -70,7 +71,9 @@ class BudgetPath:
             if row["position"] >= 0 and share is not None and share <= 1.0:
                 used = percent(share_up(share))
                 sentence = f"Near the motion the model uses at most {used} of this budget ({findings.proof})."
-                out[row["position"]] = sentence if gamma is None else f"{sentence} Gamma {gamma_size(gamma)}."
+                out[row["position"]] = (
+                    sentence if gamma is None else f"{sentence} Mass matrix within {gamma_size(gamma)}."
+                )
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)
@@ -150,8 +153,10 @@ def place(ratio: float) -> float:
 
 def budget_words(budget: str) -> str:
     """A budget with the reference of its percentages, numbers to three digits."""
-    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", budget)
+    text = Budget.parse(budget).words
+    rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", text)
     words = re.sub(r"% limit", " % of the torque limit", pretty(rounded))
+    words = re.sub(r"^log", "what the log leaves", re.sub(r"% log", " % of what the log leaves", words))
     words = re.sub(r"% (?=friction|uncertainty)", " % of ", words)
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 

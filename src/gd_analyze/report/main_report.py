@@ -16,7 +16,7 @@ from gd_analyze.report.document import Document, PartWriter, opening_of
 from gd_analyze.report.element_details import element_details
 from gd_analyze.report.error_bars import error_bars
 from gd_analyze.result import Drawing, Part, Result, Table
-from gd_analyze.results import motion_result, run_facts, shown_tables
+from gd_analyze.results import beside_log, motion_result, run_facts, shown_tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import margins
 from gd_analyze.text import short_names
@@ -30,7 +30,7 @@ def structure(findings: Findings) -> tuple[Drawing, ...]:
             "structure",
             "Every element of D (symmetric), h and c in its place.",
             replace(matrix_figure(findings), legend=()),
-            "Figure and area: its largest torque over the peak torque of its joint; the square is full from "
+            "Figure and area: its largest torque over the peak torque of its joint; the square is capped at "
             "100 %, above which elements cancel."
             f"{' ↓: at the joint of the column.' if crosses(findings) else ''}"
             f"{' On the diagonal the drive is added.' if drives else ''}",
@@ -51,15 +51,22 @@ def errors_with_bars(findings: Findings) -> Iterator[Table]:
         yield run_facts.errors_table(findings)
 
 
+def errors_without_log(findings: Findings) -> Iterator[Table]:
+    """The errors of joints, where no table of a log has them."""
+    if not beside_log.has_log(findings):
+        yield run_facts.errors_table(findings)
+
+
 # Makes a part, several, or None.
 Maker = Callable[..., Part | Iterable[Part] | None]
 # What a terminal shows.
 TERMINAL: tuple[Maker, ...] = (
+    beside_log.next_step,
+    motion_result.measured_section,
     run_facts.elements_by_verdict,
     model_sections.equations_by_element,
     run_facts.stop_facts,
-    run_facts.errors_table,
-    motion_result.measured_section,
+    errors_without_log,
     motion_result.motions_section,
     motion_result.recording_section,
     shown_tables.ranking_table,
@@ -85,8 +92,10 @@ JSON: tuple[Maker, ...] = (
 )
 # What page and PDF show before the appendices, in the order of numbers; templates give each its place.
 REPORT: dict[str, Maker] = {
+    "log": sections.log_parts,
     "verdicts": run_facts.elements_by_verdict,
     "structure": structure,
+    "left": sections.left_of_log,
     "errors": errors_with_bars,
     "model": model_sections.model_equations,
     "stops": run_facts.stop_facts,
@@ -141,7 +150,7 @@ def _made(made: Part | Iterable[Part] | None) -> Iterable[Part]:
 def main_report(findings: Findings) -> Document:
     """Make the document of a run's report; page and PDF show most of it, each in its own order."""
     opening = main_result(findings, ())
-    told = (*findings.warnings, *opening.notices)
+    told = (*_further_warnings(findings), *opening.notices)
     opening = replace(
         opening,
         facts=run_facts.first_facts(findings),
@@ -151,8 +160,11 @@ def main_report(findings: Findings) -> Document:
     )
     writer = PartWriter(_MOST_ROWS_ON_PAPER)
     content = opening_of(opening) | {
+        "lead": motion_result.agreement_sentence(findings).strip(),
+        "headline": run_facts.model_headline(findings),
         "joints": short_names([joint.name for joint in findings.arm.joints]),
         "validity": _validity(findings),
+        "next": findings.provenance.get("next", ""),
         "parts": {key: writer.of(_made(make(findings))) for key, make in REPORT.items()},
         "appendices": _appendices(findings, writer),
         "errors": error_bars(findings),
@@ -179,6 +191,15 @@ def _appendices(findings: Findings, writer: PartWriter) -> list[dict[str, Any]]:
     made = ((name, writer.of(_made(make(findings)))) for name, make in APPENDICES.items())
     named = [part | {"name": name} for name, written in made for part in written]
     return [part | {"letter": letter} for letter, part in zip(ascii_uppercase, named, strict=False)]
+
+
+def _further_warnings(findings: Findings) -> list[str]:
+    """Warnings without the verdict on a log, with which the report begins."""
+    if not beside_log.has_log(findings):
+        return [*findings.warnings]
+    verdict = f"log {findings.trajectory.name}: {findings.tables['measured_torque'].attrs['opening']}"
+    texts = (text.removeprefix(verdict).strip() for text in findings.warnings)
+    return [text for text in texts if text]
 
 
 def _validity(findings: Findings) -> str:

@@ -7,11 +7,13 @@ from dataclasses import replace
 
 from gd_analyze.diagnosis.log_verdict import DISPUTED
 from gd_analyze.figures.arm import views_figure
+from gd_analyze.figures.diagnosis import compared_joints
 from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import MOST_MARKED_SET_POINTS, Look, inertia_figure, vector_figure
 from gd_analyze.figures.joints import (
     contributions_figure,
     error_figure,
+    followed_figure,
     measured_figure,
     measured_joints,
     motion_figure,
@@ -20,7 +22,8 @@ from gd_analyze.figures.joints import (
 from gd_analyze.formulas.writing import torque_legend
 from gd_analyze.result import Drawing, Equations, Part, Section
 from gd_analyze.results import motion_result
-from gd_analyze.results.diagnosis_result import causes_table, faults_table, where_drawing, worst_joint
+from gd_analyze.results.beside_log import has_log, joints_beside_log, left_in_words, shown_joints
+from gd_analyze.results.diagnosis_result import causes_table, faults_table, where_drawing
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import norms_text
 from gd_analyze.results.rows import dominance_note
@@ -122,7 +125,7 @@ def measured_appendix(findings: Findings) -> Section | None:
     figure = measured_figure(findings)
     parts: tuple[Part, ...] = (
         Drawing("measured", "Measured and exact torque, and their difference.", figure),
-        *motion_result.measured_tables(findings),
+        *motion_result.friction_tables(table, findings.arm),
         *_diagnosis(findings),
     )
     note = f"{table.attrs['agreement']} Compared at {table.attrs['compared']} set points{alike}."
@@ -130,14 +133,33 @@ def measured_appendix(findings: Findings) -> Section | None:
 
 
 def _diagnosis(findings: Findings) -> Iterator[Part]:
-    """The worst joint's residuals and causes tried, where something is left to explain."""
+    """Causes tried, where something is left to explain, and faulty readings."""
     if findings.tables["measured_torque"].attrs["verdict"] not in DISPUTED:
         return
     table = findings.tables["diagnosis"]
-    joint = worst_joint(table)
-    drawings = () if joint is None else (where_drawing(table, findings.arm, [joint]),)
-    parts = (*drawings, *causes_table(table), *faults_table(table))
-    yield Section(None, "What is left of the measured torque", parts)
+    yield from causes_table(table)
+    yield from faults_table(table)
+
+
+def log_parts(findings: Findings) -> Iterator[Part]:
+    """What a log says: torque of the joints that matter most, and a table by joint."""
+    joints = shown_joints(findings) if has_log(findings) else []
+    if not joints:
+        return
+    yield Drawing(
+        "followed", f"Left after friction at {left_in_words(findings)}.", followed_figure(findings, joints)
+    )
+    yield joints_beside_log(findings)
+
+
+def left_of_log(findings: Findings) -> Iterator[Drawing]:
+    """Where to look for a cause of what is left at the joints that matter most."""
+    table = findings.tables.get("diagnosis")
+    if table is None:
+        return
+    joints = [i for i in shown_joints(findings) if i in compared_joints(table)]
+    if joints:
+        yield where_drawing(table, findings.arm, joints)
 
 
 def ranking_appendix(findings: Findings) -> Section:

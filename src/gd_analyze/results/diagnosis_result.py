@@ -50,6 +50,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     values: dict[str, Any] = {
         "remains_before": diagnosis.before.residuals,
         "remains_after": diagnosis.after.residuals,
+        "remains_as_filed": diagnosis.as_filed if problem.moving else np.full(n, np.nan),
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),

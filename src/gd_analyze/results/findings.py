@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version as installed_version
 from typing import Any
 
@@ -90,10 +90,22 @@ class Findings(Run):
                 "No model is offered of a file that the log contradicts; "
                 f"`--budget {budget}` searches one all the same."
             )
-        own = self.tables["stops"].isel(stop=0)
+        own, asked = self.tables["stops"].isel(stop=0), self.model.accuracy.asked
+        if "log" in asked.wholes:
+            count = f"{own.terms_beyond:d}" if own.terms_beyond > READABLE else "too many"
+            return f"Within what this log can tell, {count} terms matter: take the exact torque."
         if own.unsearched == "terms" and own.terms_beyond <= READABLE:
             return f"Too many terms matter within {budget} to search a model."
         return f"No model with at most {READABLE} terms keeps the budget of {budget}."
+
+    def with_next(self, command: str) -> Findings:
+        """The same, with the command to type next; it is what mends a file that the log contradicts."""
+        if not command:
+            return self
+        model, log = self.model, self.model.accuracy.log
+        if log is not None and log.contradicted:
+            model = model.stating(replace(model.accuracy, log=replace(log, remedy=command)))
+        return replace(self, model=model, provenance={**self.provenance, "next": command})
 
     @property
     def plot(self) -> Plots:

@@ -16,7 +16,7 @@ from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import number, percent
+from gd_analyze.text import percent
 
 # Gamma of an exact D: round-off times the condition number of D, up to 1e5.
 _NO_GAMMA = 1e-9
@@ -135,28 +135,29 @@ def _beside_exact(model: SimplifiedModel) -> str:
 
 
 def gamma_fact(model: SimplifiedModel) -> Fact | Value:
-    """Gamma, and what it allows."""
+    """How far the mass matrix is off, and what that allows."""
     gamma = model.accuracy.gamma
     if gamma is None or structure_note(model):  # which says it
         return Value("gamma", gamma)
-    return Fact("gamma", "Gamma", gamma, text=_gamma_text(gamma))
+    return Fact("gamma", "Mass matrix", gamma, text=_gamma_text(gamma))
 
 
-GAMMA = "Gamma = max |eigenvalue of D^-1 Ds - I|"
-TORQUE_ONLY = "torque only: not for feedback or forward dynamics"
-H_NOTE = "h has terms of its own: it is not the h of this D, which --level energy keeps."
+MASS_MATRIX = "Mass matrix, difference from the exact one"
+FEEDFORWARD_ONLY = "feedforward only"
+H_NOTE = "h is not derived from D, so energy is not conserved (`--level energy` keeps it)."
 
 
 def gamma_size(gamma: float | None) -> str:
     """The figure alone, of which round-off is none."""
     if gamma is None:
         return "unknown"
-    return number(gamma) if gamma > _NO_GAMMA else "0 up to round-off"
+    return percent(gamma) if gamma > _NO_GAMMA else "0 up to round-off"
 
 
 def _gamma_text(gamma: float) -> str:
-    use = TORQUE_ONLY if gamma >= 1.0 else "fit for feedback"
-    return f"{gamma_size(gamma)} = max |eigenvalue of D^-1 Ds - I|, Ds this D: {use}"
+    if gamma >= 1.0:
+        return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
+    return f"within {gamma_size(gamma)} of the exact one: safe for feedback"
 
 
 def structure_note(model: SimplifiedModel) -> str:
@@ -165,7 +166,7 @@ def structure_note(model: SimplifiedModel) -> str:
         return ""
     gamma = model.accuracy.gamma
     h_note = "" if model.level is ENERGY else H_NOTE
-    return "\n".join(filter(None, [h_note, "" if gamma is None else f"Gamma {_gamma_text(gamma)}."]))
+    return "\n".join(filter(None, [h_note, "" if gamma is None else f"Mass matrix {_gamma_text(gamma)}."]))
 
 
 # What people see of the errors by joint, in order; beside a bound a terminal has no room for the RMS error.
@@ -211,7 +212,7 @@ def joint_errors(
     return declared_table(
         "simplified_model",
         "joints",
-        f"Torque error by joint, budget {accuracy.budget}",
+        f"Torque error by joint, budget {accuracy.asked.words}",
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
         [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
         _ERRORS_ON_PAGE,
@@ -259,7 +260,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
         if model.level is TERM:
             exact_dynamics += f", or exact D, h and c, {model.form.functions.operations.pair}"
         return (
-            f"Nothing saved: within the budget of {model.accuracy.budget} no model found takes fewer "
+            f"Nothing saved: within the budget of {model.accuracy.asked.words} no model found takes fewer "
             f"operations than {exact_dynamics}. The exact dynamics are the result."
         )
     costs = f"{model.operations.in_words}{_beside_exact(model)}{full.pair}"
@@ -277,7 +278,7 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
                 f"Torque in {model.operations.in_words} instead of {full.pair}. For D, h and c apart take "
                 f"the exact ones: {exact.pair}, the model's {apart.pair}"
             )
-    use = f" {TORQUE_ONLY.capitalize()}." if model.is_torque_only else ""
+    use = f" {FEEDFORWARD_ONLY.capitalize()}." if model.is_torque_only else ""
     return f"{costs}. {error or error_text(model)}.{use}"
 
 

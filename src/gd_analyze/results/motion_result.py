@@ -23,6 +23,7 @@ from gd_analyze.result import (
     values_of,
     values_of_parts,
 )
+from gd_analyze.results.beside_log import has_log, joints_beside_log, within_log
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, values_along
@@ -58,22 +59,17 @@ def measured_section(findings: Findings) -> Section | None:
         return None
     stated = findings.tables["measured_torque"].attrs
     parts: list[Part] = [
-        Fact("verdict", "Log and file", stated["verdict"], shown="text"),
+        Value("verdict", stated["verdict"]),
         Value("agreement", stated["agreement"]),
-        Fact("compared", "Set points with measured torque", stated["compared"], shown="count"),
-        *measured_tables(findings),
+        Value("compared", stated["compared"]),
+        joints_beside_log(findings),
+        *friction_tables(findings.tables["measured_torque"], findings.arm),
     ]
     if "diagnosis" in findings.tables:
         table = findings.tables["diagnosis"]
         diagnosis = (*diagnosis_facts(table), *diagnosis_tables(table, findings.arm))
         parts.append(Value("diagnosis", values_of_parts(diagnosis)))
     return Section("measured_torque", "", tuple(parts))
-
-
-def measured_tables(findings: Findings) -> tuple[Table, ...]:
-    """Measured and exact torque by joint, and fitted friction."""
-    table = findings.tables["measured_torque"]
-    return (measured_table(table, findings.arm), *friction_tables(table, findings.arm))
 
 
 def measured_table(table: xr.Dataset, arm: RobotArm, key: str | None = "joints") -> Table:
@@ -101,10 +97,10 @@ def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple
 
 
 def agreement_sentence(findings: Findings) -> str:
-    """The verdict on log and file, with a space behind it; "" if no torques were measured."""
-    if "measured_torque" not in findings.tables:
+    """The verdict on log and file, and on a model within the log's budget; "" of a plan."""
+    if not has_log(findings):
         return ""
-    return f"{findings.tables['measured_torque'].attrs['opening']} "
+    return f"{findings.tables['measured_torque'].attrs['opening']} {within_log(findings)}"
 
 
 def motion_rows(findings: Findings) -> list[Row]:

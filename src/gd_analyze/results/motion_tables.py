@@ -20,7 +20,7 @@ from gd_analyze.dynamics.decomposition import (
 )
 from gd_analyze.dynamics.dominance import elements, rank
 from gd_analyze.dynamics.friction import FRICTION_TERMS
-from gd_analyze.dynamics.measured_torque import TorqueComparison
+from gd_analyze.dynamics.measured_torque import TorqueComparison, with_friction_fitted
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.smoothing import Recording
@@ -267,8 +267,11 @@ def measured_torque_table(
         "bias": comparison.bias,
         "rms_difference": comparison.rms,
         "peak_measured": comparison.peak_measured,
+        "rms_measured": comparison.rms_measured,
         "explained": comparison.explained,
         "rms_beside_friction": friction.rms,
+        "below_95": friction.below_95,
+        "with_friction": with_friction_fitted(comparison, trajectory),
     }
     if fit_friction:
         for k, name in enumerate(FRICTION_TERMS):

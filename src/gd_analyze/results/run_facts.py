@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from gd_analyze.result import AnyFact, Fact, Section, Shown, Table, Value, value
 from gd_analyze.results import motion_result
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
-    GAMMA,
+    MASS_MATRIX,
     drives_text,
     gamma_size,
     headline,
@@ -27,10 +27,11 @@ from gd_analyze.results.model_facts import (
 )
 from gd_analyze.results.near_motion import near_bound, tube_bound
 from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
-from gd_analyze.results.shown_tables import not_worth_keeping
+from gd_analyze.results.shown_tables import not_worth_keeping, text_agreement
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.torque_program import READABLE
 from gd_analyze.text import amount, counted, joined, named_joints, number, thousands
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 _LISTED = {
     "translation": "Translation dominates",
     "rotation": "Rotation dominates",
-    "both": "Both count in",
+    "both": "Neither part can be dropped",
     "gravity": "Gravity",
     "negligible": "Negligible",
     "zero": "Zero",
@@ -57,7 +58,12 @@ def stop_rows(findings: Findings) -> list[Row]:
         return []
     position = int(findings.tables["budgets"].attrs["asked"])
     return [
-        row | {"own": row["position"] == position, "words": _stop_words(row, findings.proof)}
+        row
+        | {
+            "own": row["position"] == position,
+            "name": Budget.parse(row["budget"]).words,
+            "words": _stop_words(row, findings.proof),
+        }
         for row in rows_of(findings.tables["stops"], "stop")
     ]
 
@@ -81,18 +87,19 @@ def _stop_words(row: Row, proof: str) -> str:
 
 
 def _used_words(row: Row, proof: str) -> str:
-    """How much of a budget its model uses: "uses 76 % (proven)"."""
+    """How much of a budget its model uses: "the worst joint reaches 76 % of its allowance (proven)"."""
     share = row["proven_share"]
     if share is None or share > 1.0:
         return "not proven"
-    return f"uses {value_text(share, '', 'bound_percent')} ({proof})"
+    reached = value_text(share, "", "bound_percent")
+    return f"the worst joint reaches {reached} of its allowance ({proof})"
 
 
 def stop_facts(findings: Findings) -> Iterator[AnyFact]:
     """The named budgets, a line each; JSON has their numbers."""
     rows = stop_rows(findings)
     for row in rows:
-        yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["budget"], row["words"])
+        yield Shown(("this: " if row["own"] and len(rows) > 1 else "") + row["name"], row["words"])
     if "stops" in findings.tables:
         yield Value("stops", rows_of(findings.tables["stops"], "stop"))
 
@@ -112,14 +119,18 @@ def subtitle(findings: Findings) -> str:
 
 
 def run_headline(findings: Findings) -> str:
-    """Operations saved, error, and whether it is proven; preceded by whether a log agrees with the file."""
+    """Whether a log agrees with the file, and what the model saves."""
+    return f"{motion_result.agreement_sentence(findings)}{model_headline(findings)}"
+
+
+def model_headline(findings: Findings) -> str:
+    """Operations saved, error, and whether it is proven."""
     model, bound = findings.model, near_bound(findings)
-    agreed = motion_result.agreement_sentence(findings)
     if not model.accuracy.errors.peak_torque.any():
         largest = number(float(abs(findings.exact_torque).max()))
         return f"No joint needs torque here beyond round-off ({largest} N m): nothing to rank or simplify."
     if findings.is_unreadable:
-        return f"{agreed}{_unreadable_headline(findings)}"
+        return _unreadable_headline(findings)
     motion = "each of the motions" if findings.trajectory.motions else "the trajectory"
     tube = findings.tables["tube"]
     tried = int(tube.attrs["tried"])
@@ -131,7 +142,7 @@ def run_headline(findings: Findings) -> str:
         error = f"up to {worst_error(model).text} at the set points, not proven between them"
     else:
         error = f"at most {worst_error(model, bound).text} near {motion} ({findings.proof})"
-    return f"{agreed}{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
+    return f"{_other_budget(findings)}{headline(model, f'Torque error {error}')}"
 
 
 def _unreadable_headline(findings: Findings) -> str:
@@ -151,13 +162,16 @@ def _other_budget(findings: Findings) -> str:
         return ""
     is_read = 0 <= passed[0]["terms"] <= READABLE
     reason = "saves nothing" if is_read else f"has more than {READABLE} terms"
-    budgets = " and ".join(row["budget"] for row in passed)
-    return f"Within {findings.model.accuracy.budget} ({budgets} {reason}): "
+    budgets = " and ".join(row["name"] for row in passed)
+    return f"Within {findings.model.accuracy.asked.words} ({budgets} {reason}): "
 
 
 def elements_by_verdict(findings: Findings) -> Section:
-    """The elements of a run by verdict."""
-    return verdict_section(findings.dominance)
+    """The elements of a run by verdict, and how many of the text's verdicts agree."""
+    section, agreement = verdict_section(findings.dominance), text_agreement(findings)
+    if not agreement:
+        return section
+    return replace(section, parts=(*section.parts, Fact("text", "Beside the text", agreement, shown="text")))
 
 
 def verdict_section(ranking: xr.Dataset) -> Section:
@@ -214,7 +228,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     has_gamma = gamma is not None and not model.is_exact
     return (
         *((tried_error,) if tried else ()),
-        proven.seen_if(not tried),
+        proven.seen_if(not tried and not findings.is_unreadable),
         worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
         Fact(
             "kept_terms",
@@ -222,7 +236,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
             len(model.terms),
             text=model.operations_full.pair if model.is_exact else f"{size[0]} of {thousands(size[1])}",
         ),
-        *((Shown(GAMMA, gamma_size(gamma)),) if has_gamma else ()),
+        *((Shown(MASS_MATRIX, gamma_size(gamma)),) if has_gamma else ()),
     )
 
 

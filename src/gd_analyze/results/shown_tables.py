@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Any
 
 from gd_analyze.dynamics.dominance import text_verdicts
@@ -27,7 +28,7 @@ from gd_analyze.results.rows import (
     values_along,
 )
 from gd_analyze.schema import declared_columns, declared_table
-from gd_analyze.text import number, percent, pretty, thousands
+from gd_analyze.text import enumerated, number, percent, pretty, thousands
 
 # What people see of the rankings and of errors, in order; JSON and the files of results have all columns.
 _ELEMENTS_IN_TERMINAL = [
@@ -63,14 +64,16 @@ _SYMBOLS = {"inertia": "D", "coriolis_centrifugal": "h", "gravity_loading": "c",
 def text_comparison(findings: Findings) -> dict[str, Any] | None:
     """Compare with [FGL87]'s verdicts; None for an arm it does not treat.
 
-    Returns the `source` of its verdicts, the numbers `given` and `agreed` with ours, and `remarks` on
-    elements where it contradicts itself: row, its remark, and what our numbers support.
+    Returns the `source` of its verdicts, the numbers `given` and `agreed` with ours, in `others` how many of
+    the others have each verdict here, and `remarks` on elements where it contradicts itself: row, its remark,
+    and what our numbers support.
     """
     reference = text_verdicts(findings.arm.name)
     if reference is None:
         return None
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
-    agreed = {name for name, row in compared.items() if row["dominant"] == row["text_verdict"]}
+    agreed = {name for name, row in compared.items() if effect_of(row) == row["text_verdict"]}
+    others = Counter(effect_of(row) for name, row in compared.items() if name not in agreed)
     # For verdicts of translation, and remarks in favour of rotation.
     conclusions = {
         "rotation": "our numbers support the remark, not the verdict",
@@ -83,7 +86,38 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
         )
         conclusion = "our numbers support the verdict, not the remark" if name in agreed else conclusion
         remarks.append((compared[name], remark, conclusion))
-    return {"source": reference.source, "agreed": len(agreed), "given": len(compared), "remarks": remarks}
+    return {
+        "source": reference.source,
+        "agreed": len(agreed),
+        "given": len(compared),
+        "others": others,
+        "remarks": remarks,
+    }
+
+
+# What the verdict on elements is called that the text judges otherwise.
+_OTHERWISE = {
+    "negligible": "negligible",
+    "zero": "zero",
+    "drive": "the drive's",
+    "both": "in need of both parts",
+    "translation": "translational",
+    "rotation": "rotational",
+}
+
+
+def text_agreement(findings: Findings) -> str:
+    """How many of [FGL87]'s verdicts agree with ours, and why the others do not; "" for another arm."""
+    text = text_comparison(findings)
+    if text is None:
+        return ""
+    counts = [
+        f"{text['others'][effect]} {words}" for effect, words in _OTHERWISE.items() if text["others"][effect]
+    ]
+    return (
+        f"{text['agreed']} of {text['given']} verdicts agree; the others are {enumerated(counts)}. "
+        "The text states neither its trajectory nor its masses."
+    )
 
 
 def not_worth_keeping(findings: Findings) -> int | None:

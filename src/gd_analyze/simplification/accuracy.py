@@ -80,6 +80,20 @@ Numbers = Annotated[FloatArray, _InFiles(_numbers, np.ndarray.tolist)]
 Sizes = Annotated[FloatArray, _InFiles(_sizes, np.ndarray.tolist)]
 
 
+def _by_joint(value: Any) -> FloatArray:
+    """An array of a number each, or of nan for a joint without, which is null in a file."""
+    array = np.array([np.nan if entry is None else float(_numbers(entry)) for entry in value])
+    if array.ndim != 1:
+        raise ValueError("expected a number or null of each joint")
+    return array
+
+
+ByJoint = Annotated[
+    FloatArray,
+    _InFiles(_by_joint, lambda array: [x if math.isfinite(x) else None for x in array.tolist()]),
+]
+
+
 def _share(value: Any) -> float:
     """A share of 0 or more; in a file null stands for infinity, which JSON has no number for."""
     return math.inf if value is None else float(_sizes(float(value)))
@@ -224,6 +238,30 @@ class Proven:
 
 
 @dataclass(frozen=True, eq=False)
+class AgainstLog:
+    """What a log says of a model, by joint: N m (N for a prismatic joint), shape (n,); nan without readings.
+
+    Differences are measured torque less that of model and friction, with friction fitted to them.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
+
+    name: str
+    fingerprint: str
+    readings: int
+    rms_exact: ByJoint  # RMS of the exact model's differences
+    rms: ByJoint  # RMS of its own
+    below_95: ByJoint  # 95 % of its differences are below this
+    coulomb: ByJoint  # friction and offset fitted to its differences, N m, N m s and N m (N, N s/m, N)
+    viscous: ByJoint
+    offset: ByJoint
+    left: ByJoint | None = None  # RMS left where links are fitted, too; a reference of budgets
+    growth: ByJoint | None = None  # RMS on samples not fitted over that of the exact model there
+    contradicted: tuple[int, ...] = ()  # joints, from 1, of which the log says that the file is wrong
+    remedy: str = ""  # command that mends it
+
+
+@dataclass(frozen=True, eq=False)
 class Accuracy:
     """Accuracy that a model states, here and in its file."""
 
@@ -243,6 +281,12 @@ class Accuracy:
     certificate: Proven | None = None  # what is proven, if anything
     # Largest |eigenvalue of D^-1 Ds - I| at the states of the errors and, over a region, at others.
     gamma: Annotated[float, pydantic.Field(ge=0.0)] | None = None
+    log: AgainstLog | None = None  # if torques were measured along the motion
+
+    def references(self, arm: RobotArm) -> ReferenceTorques:
+        """References of its budget's shares."""
+        left = None if self.log is None else self.log.left
+        return ReferenceTorques(arm, self.errors.peak_torque, self.uncertainty, left)
 
     def along(self, fingerprint: str) -> Accuracy:
         """Accuracy along one of several motions, by its fingerprint; itself for any other."""
@@ -286,9 +330,11 @@ class Accuracy:
 
 def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
     """Joints whose budget is below friction or uncertainty, and a budget that accounts for it; "" if none."""
-    by = ReferenceTorques(arm, accuracy.errors.peak_torque, accuracy.uncertainty)
+    by = accuracy.references(arm)
     entries = list(accuracy.asked.of_joints(arm.n_joints))
-    is_open = np.array([_TAKEN_INTO_ACCOUNT.keys().isdisjoint(of for _, of in entry) for entry in entries])
+    # A log's budget accounts for both: it allows what the log would not show.
+    accounted = {*_TAKEN_INTO_ACCOUNT, "log"}
+    is_open = np.array([accounted.isdisjoint(of for _, of in entry) for entry in entries])
     clauses = []
     for name, allowance in _TAKEN_INTO_ACCOUNT.items():
         level = by.all(name)

@@ -18,7 +18,7 @@ from gd_analyze.text import LARGEST, in_python
 from gd_analyze.units import Quantity
 
 # References of shares.
-_WHOLES = ("peak", "limit", "friction", "uncertainty")
+_WHOLES = ("peak", "limit", "friction", "uncertainty", "log")
 _UNITS = {"torque": "N m", "force": "N"}
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)
 # Keys to state in an arm file, by the reference of a share.
@@ -27,6 +27,7 @@ _TO_STATE = {
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
+_NO_LOG = "a budget can be a share of what a log leaves only beside a log with measured torques"
 _FOR_EXAMPLE = 'give amounts of 0 or more, for example 1%, 0.5 (N m) or "1% or 10% friction"'
 
 
@@ -37,10 +38,13 @@ class ReferenceTorques:
     arm: RobotArm  # states torque limits and friction
     peak: FloatArray  # largest magnitude of the exact torque, (n,)
     uncertainty: FloatArray | None = None  # largest standard uncertainty of the torque, (n,), if stated
+    log: FloatArray | None = None  # RMS of what a log's torques leave, see `LogResolution.left`, (n,)
 
     def of(self, name: str, joint: int, argument: str = "budget") -> float:
         """One of `_WHOLES` at a joint, from 0; a UsageError for `argument` if the arm does not state it."""
         value = float(self.all(name)[joint])
+        if np.isnan(value) and name == "log":
+            raise UsageError(_NO_LOG, where=argument, next_step="give a log, or another budget such as 1%")
         if np.isnan(value):
             message = f"a budget cannot be a share of {name}, as the arm states none"
             where = f"{argument}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"
@@ -50,11 +54,11 @@ class ReferenceTorques:
 
     def all(self, name: str) -> FloatArray:
         """One of `_WHOLES` at every joint, shape (n,); nan if the arm does not state it."""
-        if name == "peak":
-            return self.peak
-        if name == "uncertainty" and self.uncertainty is not None:
-            return self.uncertainty
-        if name == "uncertainty" or not self.arm.drives:
+        given = {"peak": self.peak, "uncertainty": self.uncertainty, "log": self.log}
+        value = given.get(name)
+        if value is not None:
+            return value
+        if name in given or not self.arm.drives:
             return np.full(self.arm.n_joints, np.nan)
         if name == "friction":
             level = least_friction(self.arm)
@@ -129,7 +133,8 @@ class Budget:
 
         An amount is a share of the joint's peak torque over the states ("1%"), of its torque limit ("0.5%
         limit"), of its Coulomb friction ("10% friction"), of its torque's uncertainty ("50% uncertainty", or
-        all of it, "uncertainty"), or a torque ("0.05 N m", "0.05").
+        all of it, "uncertainty"), of what a log leaves of its torque ("log"), or a torque ("0.05 N m",
+        "0.05").
 
         Raises
         ------
@@ -181,6 +186,14 @@ class Budget:
         return frozenset(allowance.of for entry in self.entries for allowance in entry)
 
     @property
+    def words(self) -> str:
+        """Its text; of shares of what a log leaves that differ by joint, the smallest and the largest."""
+        if self.wholes != {"log"} or len(self.entries) == 1:
+            return str(self)
+        shares = [100.0 * max(allowance.amount for allowance in entry) for entry in self.entries]
+        return f"log ({min(shares):g} to {max(shares):g} %)"
+
+    @property
     def shares_of(self) -> str:
         """Reference of errors when shown: "peak torque" for a share of it, otherwise "the budget"."""
         return "peak torque" if self.wholes == {"peak"} else "the budget"
@@ -228,6 +241,14 @@ class Budget:
             tuple(tuple(Allowance(factor * a.amount, a.of) for a in entry) for entry in self.entries)
         )
 
+    def scaled_of(self, whole: str, factors: FloatArray) -> Budget:
+        """The same budget, its shares of one of `_WHOLES` times a factor of each joint, shape (n,)."""
+        entries = tuple(
+            tuple(Allowance(factor * a.amount, a.of) if a.of == whole else a for a in entry)
+            for factor, entry in zip(factors.tolist(), self.of_joints(len(factors)), strict=True)
+        )
+        return Budget(entries[:1] if len(set(entries)) == 1 else entries, self.argument)
+
     def __str__(self) -> str:
         return ", ".join(" or ".join(map(str, entry)) for entry in self.entries)
 
@@ -239,8 +260,8 @@ def _not_understood(text: str, where: str) -> UsageError:
     return UsageError(
         "the budget is not understood",
         where=where,
-        expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty), the larger of several '
-        f'"1% or 10% friction", all up to {LARGEST:g}',
+        expected='1% of peak torque, 0.5 N m, "10% friction" (or limit, uncertainty, log), the larger of '
+        f'several "1% or 10% friction", all up to {LARGEST:g}',
         found=repr(text.strip()),
         next_step=f"did you mean {likely[0]}?" if likely else _FOR_EXAMPLE,
     )

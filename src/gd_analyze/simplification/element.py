@@ -21,7 +21,7 @@ from gd_analyze.formulas.writing import parts_formulas
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.simplification.budget import Budget, ReferenceTorques
+from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.level import Level, Terms
@@ -190,8 +190,7 @@ def with_its_own_budget(model: SimplifiedModel) -> SimplifiedModel:
         f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
         for error, share in zip(accuracy.errors.largest.tolist(), shares.tolist(), strict=True)
     )
-    by = ReferenceTorques(model.arm, accuracy.errors.peak_torque, accuracy.uncertainty)
-    allowed = allowed_by(Budget.parse(budget), by)
+    allowed = allowed_by(Budget.parse(budget), accuracy.references(model.arm))
     return model.stating(replace(accuracy, budget=budget, allowed=allowed))
 
 

@@ -48,6 +48,7 @@ class ExactDynamics:
     form: ExactForm
     states: States
     decomposed: Mapping[Any, Any] | None = None  # `decompose` of these states, if available
+    left_of_log: FloatArray | None = None  # RMS of what a log's torques leave, N m, (n,); None without a log
 
     def __repr__(self) -> str:
         return f"ExactDynamics({self.form!r}, {self.states!r})"
@@ -165,7 +166,7 @@ class ExactDynamics:
 
     def allowed(self, budget: Budget | str | None) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
-        by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty)
+        by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty, self.left_of_log)
         return allowed_by(Budget.of(budget), by, self.round_off)
 
     def norms_of(self, torque: FloatArray) -> tuple[NormShare, ...]:

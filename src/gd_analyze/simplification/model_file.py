@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gd_analyze.arrays import FloatArray
+from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, ModelError, OutputError
 from gd_analyze.files import megabytes, path_of, read_at_most, warn_of_others, write_text
 from gd_analyze.motions.formats import shipped_trajectories
@@ -31,7 +32,6 @@ from gd_analyze.robots.description import describe
 from gd_analyze.robots.limits import box_limits
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.simplification.accuracy import Accuracy, AlongMotion, Proven
-from gd_analyze.simplification.budget import ReferenceTorques
 from gd_analyze.simplification.exact import ExactForm, JointForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
 from gd_analyze.simplification.levels import LEVELS
@@ -110,8 +110,7 @@ def model_of(document: ModelDocument) -> SimplifiedModel:
 def _accuracy_of(arm: RobotArm, stated: Accuracy) -> Accuracy:
     """What a file states, and what follows from that: allowed errors, and the names of states."""
     _require_of_joints(arm, stated)
-    by = ReferenceTorques(arm, stated.errors.peak_torque, stated.uncertainty)
-    allowed, certificate = allowed_by(stated.asked, by), stated.certificate
+    allowed, certificate = allowed_by(stated.asked, stated.references(arm)), stated.certificate
     if certificate is not None:
         where = _states_of(arm, certificate, str(stated.fitted_on.get("trajectory")))
         certificate = replace(certificate, where=where, proven_here=False)
@@ -121,7 +120,7 @@ def _accuracy_of(arm: RobotArm, stated: Accuracy) -> Accuracy:
 
 def _along(arm: RobotArm, stated: Accuracy, motion: AlongMotion, allowed: FloatArray) -> AlongMotion:
     """Accuracy along one of several motions; a joint without torque there is allowed the error over all."""
-    by = ReferenceTorques(arm, motion.errors.peak_torque, motion.uncertainty)
+    by = replace(stated, errors=motion.errors, uncertainty=motion.uncertainty).references(arm)
     along = np.minimum(allowed, allowed_by(stated.asked, by))
     return replace(motion, allowed=np.where(motion.errors.peak_torque > 0.0, along, allowed))
 
@@ -133,6 +132,9 @@ def _require_of_joints(arm: RobotArm, stated: Accuracy) -> None:
     for motion in stated.motions:
         arrays[f"motion {motion.name}: uncertainty"] = motion.uncertainty
         arrays |= {f"motion {motion.name}: {name}": array for name, array in vars(motion.errors).items()}
+    if stated.log is not None:
+        of_log = ("rms_exact", "rms", "below_95", *FRICTION_TERMS, "left", "growth")
+        arrays |= {f"log {name}": getattr(stated.log, name) for name in of_log}
     if bound is not None:
         names = ("certified", "lower", "upper", "velocity", "acceleration")
         arrays |= {f"certificate {name}": getattr(bound, name) for name in names}

@@ -156,9 +156,9 @@ def find(
         warn_of_inputs(inputs)
         dynamics = decompose_step(inputs, progress)
     with warned_so_far.collecting():
-        ranking = rank_step(inputs, dynamics, settings.asked)
+        ranking = rank_step(inputs, dynamics, dynamics.asked)
         warn_of_too_many_terms(dynamics)
-    progress.ranked(ranking, str(settings.asked))
+    progress.ranked(ranking, str(dynamics.asked))
     with warned_so_far.collecting():
         models = simplify_step(inputs, dynamics, progress)
     with warned_so_far.collecting():

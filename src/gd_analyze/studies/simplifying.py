@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from gd_analyze.arguments import strict
 from gd_analyze.certification.box import Box
@@ -14,8 +14,11 @@ from gd_analyze.certification.certificate import POSITIONS_PER_JOINT
 from gd_analyze.certification.held import Held
 from gd_analyze.certification.holding import simplify_held
 from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.log_verdict import verdict_with_warning
+from gd_analyze.dynamics.measured_torque import compared
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.margin import Margin
+from gd_analyze.motions.measured import has_torques
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.states import States, states_in_box, states_of
@@ -33,6 +36,7 @@ from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 from gd_analyze.simplification.simplify import Check, simplify_exact
+from gd_analyze.studies.against_log import beside_log, require_log, with_log, within_log
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -153,7 +157,7 @@ def simplify(
         raise UsageError(message, where="region", expected=expected, found=in_python(region))
     exact = ExactDynamics.of(arm, states, drives)
     warn_of_torques(exact)
-    held_model = search_model(
+    held_model = search_beside_log(
         exact,
         motion,
         budget,
@@ -166,6 +170,35 @@ def simplify(
         progress=progress,
     )
     return held_model.model
+
+
+def search_beside_log(
+    exact: ExactDynamics,
+    motion: Trajectory | None,
+    budget: Budget | str | None,
+    options: SearchOptions,
+    **how: Any,
+) -> Held:
+    """Search as `search_model` does; measured torques are asked for a budget, and what they say is stated."""
+    if motion is None or not has_torques(motion):
+        return search_model(exact, motion, budget, options, **how)
+    verdict, budget = verdict_with_warning(exact.arm, motion), Budget.of(budget)
+    require_log(verdict, budget)
+    exact = with_log(exact, verdict)
+
+    def roughly(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, replace(options, thorough=False), at_states=True)
+
+    def near_motion(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, options, **how)
+
+    held = None
+    if "log" in budget.wholes and verdict.resolution is not None:
+        held = within_log(exact, verdict.resolution, budget, [roughly, near_motion])
+    if held is None:
+        held = near_motion(budget)
+    comparison = compared(exact.arm, motion, exact.torque)
+    return held._replace(model=beside_log(held.model, motion, comparison, verdict, exact.left_of_log))
 
 
 def search_model(

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gd_analyze.diagnosis.log_verdict import log_verdict
+from gd_analyze.diagnosis.log_verdict import LogVerdict, verdict_with_warning
 from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.drivetrain import with_friction
-from gd_analyze.dynamics.measured_torque import compared
+from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
-from gd_analyze.errors import GdAnalyzeWarning, LeadingWarning
+from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.motions.measured import has_torques
-from gd_analyze.motions.pool import taken_apart
 from gd_analyze.progress import Progress
 from gd_analyze.results.diagnosis_result import diagnosis_table
 from gd_analyze.results.motion_tables import measured_torque_table
@@ -23,6 +22,8 @@ from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import too_many_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
+from gd_analyze.studies.against_log import require_log, with_log
+from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.steps.read import RunInputs
 from gd_analyze.studies.steps.set_points import KeptMotion, LongMotion, set_points_of
 from gd_analyze.text import named_joints
@@ -41,8 +42,17 @@ class RunDynamics:
     measured_torque: xr.Dataset | None
     arm: RobotArm  # with the friction that was fitted, if it was asked for
     diagnosis: xr.Dataset | None  # of measured torques; None if nothing can be compared
-    is_contradicted: bool  # whether the log does not agree with the file
+    asked: Budget  # of the run; without one that is given, what the log allows if it agrees, or else 1 %
     too_many_terms: str  # why single terms are not ranked; "" if they are
+    verdict: LogVerdict | None = None  # on the log, if there is one with torques
+    comparison: TorqueComparison | None = None  # with its torques
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether the log does not agree with the file, at some joint at least."""
+        return self.verdict is not None and (
+            self.verdict.word == "does not agree" or bool(self.verdict.contradicted)
+        )
 
 
 def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
@@ -55,19 +65,17 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
     residuals = cross_check(arm, dataset)
     exact = ExactDynamics.of(arm, dataset)
     warn_of_torques(exact)
-    measured_torque = diagnosis = None
-    is_contradicted = False
+    measured_torque = diagnosis = verdict = comparison = None
     if has_torques(motion):
-        verdict = log_verdict(arm, taken_apart(motion))
+        verdict = verdict_with_warning(arm, motion)
         comparison = compared(arm, motion, points.torque)
         measured_torque = measured_torque_table(
             comparison, motion, verdict, fit_friction=inputs.settings.fit_friction
         )
-        is_contradicted = verdict.word == "does not agree"
+        require_log(verdict, inputs.settings.asked)
+        exact = with_log(exact, verdict)
         if verdict.diagnosis is not None:
             diagnosis = diagnosis_table(verdict.diagnosis)
-        if verdict.word != "agrees":
-            warnings.warn(f"log {motion.name}: {verdict.text}", LeadingWarning, stacklevel=2)
         if inputs.settings.fit_friction:
             terms = comparison.friction.terms
             if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
@@ -82,9 +90,17 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
         measured_torque,
         arm,
         diagnosis,
-        is_contradicted,
+        _asked(inputs.settings, verdict),
         too_many_terms(exact.form),
+        verdict,
+        comparison,
     )
+
+
+def _asked(settings: Settings, verdict: LogVerdict | None) -> Budget:
+    """The budget given; without one, what a log that agrees with the file allows."""
+    is_from_log = verdict is not None and verdict.word == "agrees" and verdict.resolution is not None
+    return Budget.parse("log") if settings.budget is None and is_from_log else settings.asked
 
 
 def rank_step(inputs: RunInputs, dynamics: RunDynamics, budget: Budget) -> xr.Dataset:

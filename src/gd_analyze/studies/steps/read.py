@@ -15,7 +15,7 @@ from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
 from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.margin import Margin
-from gd_analyze.motions.measured import require_torques
+from gd_analyze.motions.measured import has_torques, require_torques
 from gd_analyze.motions.pool import GivenMotions, taken_apart, trajectory_of
 from gd_analyze.motions.read import read_trajectory
 from gd_analyze.motions.trajectory import Trajectory
@@ -70,7 +70,9 @@ def read_step(
     if settings.fit_friction:
         require_torques(motion)
     no_torque = np.zeros(arm.n_joints)
-    settings.asked.allowed(ReferenceTorques(arm, no_torque, no_torque))  # a budget that does not fit fails
+    of_log = no_torque if has_torques(motion) else None
+    # A budget that does not fit fails.
+    settings.asked.allowed(ReferenceTorques(arm, no_torque, no_torque, of_log))
     tube, has_tube = _tube_along(arm, motion, Margin.of(settings.margin))
     return RunInputs(arm, motion, settings, source_of(arm, motion, settings, command), tube, has_tube)
 

@@ -25,6 +25,7 @@ from gd_analyze.simplification.search_time import SearchTime
 from gd_analyze.simplification.simplify import Check
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
+from gd_analyze.studies.against_log import beside_log, within_log
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.simplifying import search_model
@@ -96,10 +97,15 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) 
         ranking = rank_terms(search.exact, included=selections)
     progress.stage("bounding errors")
     efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
+    held = _bounded(inputs, search, efforts)
+    if dynamics.verdict is not None and dynamics.comparison is not None:
+        left = dynamics.exact.left_of_log
+        model = beside_log(held.model, inputs.trajectory, dynamics.comparison, dynamics.verdict, left)
+        held = held._replace(model=model)
     return RunModels(
         exact=search.exact,
         budget=search.budget,
-        held=_bounded(inputs, search, efforts),
+        held=held,
         elements=search.elements,
         stops=search.stops,
         path=path,
@@ -117,9 +123,7 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
     points = dynamics.points
     time = SearchTime(settings.seconds)
     search_at = partial(_model_at, inputs, points.everywhere, time, progress)
-    # A wrong file has a model of its own, which is of no use: none is searched unless it is asked for.
-    is_searched = settings.budget is not None or not dynamics.is_contradicted
-    stops, budget = _stops(exact, settings, search_at, time, is_searched=is_searched)
+    stops, budget = _stops(dynamics, settings, search_at, time)
     exact = exact.under(budget)
     elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
     elements = elements.stating(provenance=inputs.source)
@@ -144,20 +148,27 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
 
 
 def _stops(
-    exact: ExactDynamics, settings: Settings, search_at: SearchAt, time: SearchTime, *, is_searched: bool
+    dynamics: RunDynamics, settings: Settings, search_at: SearchAt, time: SearchTime
 ) -> tuple[list[Stop], Budget]:
     """Search for every named budget, and take that of the run: the one asked for, or the first readable one.
 
-    Where none is readable, a larger one that is joins them. At other levels there is one budget, which is
-    searched later. Unless `is_searched`, none has a model.
+    A log that agrees with the file asks for its own. Where no named budget has a readable model, a larger one
+    that has joins them. At other levels there is one budget, which is searched later.
     """
+    exact, asked, is_from_log = dynamics.exact, dynamics.asked, "log" in dynamics.asked.wholes
     if settings.level is not TERM:
-        return [], settings.asked
-    is_given, asked, named = settings.budget is not None, settings.asked, named_budgets(exact.arm)
-    budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
+        return [], asked
+    is_given = settings.budget is not None or is_from_log
+    # A wrong file has a model of its own, which is of no use: none is searched unless it is asked for.
+    is_searched = settings.budget is not None or not dynamics.is_contradicted
+    named = named_budgets(exact.arm)
     stops: list[Stop] = []
+    if is_from_log:
+        stops.append(_stop_of_log(dynamics, search_at))
+        asked = stops[0].budget
+    budgets = (asked, *(budget for budget in named if budget != asked)) if is_given else named
     has_form = False
-    for budget in budgets:
+    for budget in budgets[len(stops) :]:
         is_asked = is_given and not stops
         most_terms = math.inf if is_asked else READABLE
         unsearched = "" if is_searched else "log"
@@ -169,10 +180,28 @@ def _stops(
         if stops[-1].held is not None:
             exact, has_form = exact.with_form(stops[-1].held.model.form), True
     readable = chosen_stop(stops)
-    if is_searched and readable is None and stops[0].terms_beyond >= 0 and not time.is_over:
+    is_wider_sought = is_searched and readable is None and not is_from_log and not time.is_over
+    if is_wider_sought and stops[0].terms_beyond >= 0:
         wider = wider_stop(exact, TERM, budgets[0], partial(search_at, exact, most_terms=READABLE))
         stops += [] if wider is None else [wider]
     return stops, asked if is_given or readable is None else readable.budget
+
+
+def _stop_of_log(dynamics: RunDynamics, search_at: SearchAt) -> Stop:
+    """Search the budget that the log allows, with models at the set points and then near the motion."""
+    exact, verdict = dynamics.exact, dynamics.verdict
+    assert verdict is not None  # it asked for this budget
+    assert verdict.resolution is not None
+    stops: list[Stop] = []
+
+    def held_within(budget: Budget, *, roughly: bool) -> Held | None:
+        search = partial(search_at, exact, most_terms=READABLE, roughly=roughly)
+        stops.append(stop_at(exact, TERM, budget, search))
+        return stops[-1].held if stops[-1].is_readable else None
+
+    searches = [partial(held_within, roughly=roughly) for roughly in (True, False)]
+    within_log(exact, verdict.resolution, dynamics.asked, searches)
+    return stops[-1]
 
 
 def _model_at(
@@ -185,16 +214,18 @@ def _model_at(
     *,
     most_terms: float = math.inf,
     same_velocities: bool = False,
+    roughly: bool = False,
 ) -> Held:
-    """Search the model of a budget, near the motion or at its set points."""
+    """Search the model of a budget near the motion, or roughly, or if it is asked for, at its set points."""
     settings = inputs.settings
     options = SearchOptions(
         level_named(settings.level),
+        thorough=not roughly,
         same_velocities=same_velocities,
         most_terms=most_terms,
         time=time,
     )
-    at_states = settings.at_set_points or not inputs.has_tube
+    at_states = roughly or settings.at_set_points or not inputs.has_tube
     return search_model(
         exact,
         inputs.trajectory,

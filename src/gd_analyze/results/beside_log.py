@@ -1,0 +1,112 @@
+"""The first screen of a log with torques: what it says of the file, joint by joint, and of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE
+from gd_analyze.result import AnyFact, Mark, Shown, Table, joint_values
+from gd_analyze.results.findings import Findings
+from gd_analyze.results.near_motion import tube_bound
+from gd_analyze.schema import declared_table
+from gd_analyze.simplification.accuracy import share_of
+from gd_analyze.text import amount, named_joints, percent, thousands
+
+# Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
+# for one of which the log says nothing.
+FITS, LINKS_OFF, CONTRADICTED, NOT_COMPARED = "fits", "links off", "contradicted", "not compared"
+_ON_TERMINAL = [
+    "joint", "peak_measured", "rms_beside_friction", "below_95", "share_left", "bound", "allowed", "said",
+]  # fmt: skip
+
+
+def has_log(findings: Findings) -> bool:
+    """Whether torques were measured along the motion."""
+    return "measured_torque" in findings.tables
+
+
+def next_step(findings: Findings) -> tuple[AnyFact, ...]:
+    """What to type next, if it is known."""
+    command = findings.provenance.get("next", "")
+    return (Shown("Next", command),) if command else ()
+
+
+def joint_verdicts(findings: Findings) -> list[str]:
+    """What the log says of the file at every joint."""
+    table, log = findings.tables.get("diagnosis"), findings.model.accuracy.log
+    if table is None or log is None:
+        return [NOT_COMPARED] * findings.arm.n_joints
+    words = []
+    for joint, residual in enumerate(table.remains_as_filed.values.tolist(), start=1):
+        word = FITS if residual <= MOST_RESIDUAL_SHARE else LINKS_OFF
+        word = CONTRADICTED if joint in log.contradicted else word
+        words.append(NOT_COMPARED if np.isnan(residual) else word)
+    return words
+
+
+def shares_left(findings: Findings) -> FloatArray:
+    """RMS left after friction over that of the measured torque, (n,); nan where there is none."""
+    table = findings.tables["measured_torque"]
+    return share_of(table.rms_beside_friction.values, table.rms_measured.values)
+
+
+def joints_beside_log(findings: Findings) -> Table:
+    """By joint: measured peak, what friction leaves, error of the model, and the verdict."""
+    table, arm, model = findings.tables["measured_torque"], findings.arm, findings.model
+    bound = tube_bound(findings)
+    error, proof = (model.accuracy.errors.largest, "error") if bound is None else (bound, "error, proven")
+    is_simplified = not model.is_exact
+    names = ("bias", "rms_difference", "peak_measured", "explained", "rms_beside_friction")
+    values = joint_values(arm.joints) | {name: table[name].values for name in names}
+    values |= {"below_95": table.below_95.values, "share_left": shares_left(findings)}
+    values["said"] = joint_verdicts(findings)
+    seen = {
+        "bound": error if is_simplified else None,
+        "allowed": model.accuracy.allowed if is_simplified else None,
+    }
+    return declared_table(
+        "measured_torque",
+        "joints",
+        f"Torque by joint, {thousands(table.attrs['compared'])} readings compared",
+        values,
+        _ON_TERMINAL,
+        seen=seen,
+        words={"bound": proof},
+        drawn={"said": [Mark(word.replace(" ", "-"), word) for word in values["said"]]},
+    )
+
+
+def within_log(findings: Findings) -> str:
+    """How good a model within a log's budget is, with a space behind it; "" for any other."""
+    model, log = findings.model, findings.model.accuracy.log
+    if model.accuracy.asked.wholes != {"log"} or model.is_exact or log is None or log.growth is None:
+        return ""
+    terms, of_terms = model.size
+    text = f"Within what this log can tell, {terms} terms are as good as all {thousands(of_terms)}: "
+    if not (log.growth > 0.0).any():
+        return f"{text}on readings that were not fitted, no more is left than by the exact torque. "
+    joint = int(np.nanargmax(log.growth))
+    growth = percent(float(log.growth[joint]))
+    return f"{text}on readings that were not fitted, at most {growth} more is left (joint {joint + 1}). "
+
+
+def left_in_words(findings: Findings) -> str:
+    """What is left at the joints that a figure shows: "0.45 N m RMS, 56 % of the measured torque"."""
+    table, joints = findings.tables["measured_torque"], shown_joints(findings)
+    shares = shares_left(findings)
+    texts = [
+        f"{named_joints([i + 1], findings.arm.n_joints)}: "
+        f"{amount(float(table.rms_beside_friction.values[i]), findings.arm.joints[i].effort_unit)} RMS, "
+        f"{percent(float(shares[i]))} of the measured torque"
+        for i in joints
+    ]
+    return "; ".join(texts)
+
+
+def shown_joints(findings: Findings) -> list[int]:
+    """The two joints, from 0, that matter most: those that the file does not fit, then the most left."""
+    shares = np.nan_to_num(shares_left(findings), nan=-1.0)
+    verdicts = joint_verdicts(findings)
+    order = sorted(range(len(shares)), key=lambda i: (verdicts[i] in (FITS, NOT_COMPARED), -shares[i]))
+    return sorted(i for i in order[:2] if shares[i] >= 0.0)
