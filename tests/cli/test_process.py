@@ -327,6 +327,24 @@ def test_a_stage_that_goes_on_is_told_without_a_new_one(process):
 
 
 @POSIX
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_batch_tells_how_many_rows_are_done(on_terminal, process, here, terminal):
+    """Also of those that failed, or that an earlier run did."""
+    rows = ["two_link,two-link-swing,element", "two_link,none.csv,element", "two_link,two-link-swing,element"]
+    (here / "rows.csv").write_text("\n".join(["arm,trajectory,level", *rows, ""]))
+    words = "batch rows.csv --format none"
+    if terminal:
+        done, shown = on_terminal(words)
+        assert "3 of 3 rows" in shown
+    else:
+        told = process(words, silent=0, before="terminal.REPEATED_AFTER_SECONDS = 0")
+        counts = re.findall(r"^analysing, (.*), after \d+ s$", told.err, re.M)
+        assert counts == ["1 of 3 rows", "2 of 3 rows, 1 failed", "3 of 3 rows, 1 failed"]
+        done = process(words)
+    assert done.code == 1
+
+
+@POSIX
 def test_errors_are_wrapped_on_a_terminal_only(on_terminal, process):
     words = f"columns two_link {'a' * 40}.csv"
     done, shown = on_terminal(words)

@@ -160,6 +160,13 @@ def batch(
     with appending_alone(folder / RECORD) as record:
         entries_by_key = _recorded(folder)
         progress.stage("analysing", len(rows))
+        states = list[str]()
+
+        def end_row(state: str) -> None:
+            states.append(state)
+            failed = f", {states.count('failed')} failed" if "failed" in states else ""
+            progress.advance()
+            progress.counted(f"{len(states)} of {len(rows)} rows{failed}")
 
         def tasks() -> Iterator[tuple[BatchTask]]:
             task_keys = set[str]()
@@ -167,7 +174,7 @@ def batch(
                 task = BatchTask(row, *row_inputs(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
                 if task.key in task_keys or entries_by_key.get(task.key, {}).get("state") == "done":
-                    progress.advance()
+                    end_row("done")
                 else:
                     task_keys.add(task.key)
                     yield (task,)
@@ -180,7 +187,7 @@ def batch(
             record.flush()
             os.fsync(record.fileno())
             entries_by_key[key] = entries
-            progress.advance()
+            end_row(entries["state"])
         frame = batch_table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:
