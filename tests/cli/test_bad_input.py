@@ -118,7 +118,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "report m.json": ("m.json",),
     "two_link /dev/zero": ("error: /dev/zero",),
     "evaluate /dev/zero x.csv": ("error: /dev/zero",),
-    "compare two_link .": ("directory",),
+    "formulations two_link .": ("directory",),
     ". x.csv": ("folder",),
     "two_link empty": ("empty",),
     "two_link moves": ("moves/b.csv",),
@@ -134,10 +134,22 @@ WORDS: dict[str, tuple[str, ...]] = {
     **{f"{words} {'x' * 300}": ("xxx",) for words in ("two_link", "evaluate", "equations two_link -o")},
     # What does not fit the arm
     "puma560 x.csv": ("line 1", "q1, q2"),
-    "compare puma560 x.csv": ("q1, q2",),
+    "formulations puma560 x.csv": ("q1, q2",),
     "certify m.json --along pick-and-place": ("pick-and-place",),
     "two_link x.csv --drives": ("arm two_link", "[[drives]]"),
-    "compare puma560 --symbolic": ("two_link",),
+    "formulations puma560 --symbolic": ("two_link",),
+    "compare puma560": ("OTHER", "`gd-analyze formulations puma560`"),
+    "compare puma560 pick-and-place": ("OTHER", "pick-and-place", "`gd-analyze formulations puma560`"),
+    "compare puma560 two_link": ("numbers of joints", "puma560: 6", "two_link: 2", "--tip"),
+    "compare two_link own.urdf": ("own.urdf",),
+    "compare two_link two_link x.csv y.csv": ("y.csv",),
+    "equations two_link --at 0": ("error: --at", "expected: 2 values", "found: 1"),
+    "equations two_link --at 0,x": ("error: --at, value 2", "degrees", "found: 'x'"),
+    "equations two_link --at 0,5mm": ("error: --at, value 2", "'5mm'"),
+    "equations two_link --at 0,0 --velocity 1": ("error: --velocity", "expected: 2 values"),
+    "equations two_link --velocity 1,1": ("--velocity needs --at",),
+    "equations two_link --at 0,0 --element D13": ("'D13'", "D11 to D22"),
+    "equations two_link --at 0,0 --terms --symbolic": ("--at", "omit --terms, --symbolic"),
     "equations two_link --element D13": ("error: --element", "'D13'", "D11 to D22"),
     "robot.urdf x.csv": ("link lower", "--lock left_finger=0 --lock right_finger=0"),
     "arms robot.urdf --tip lowre": ("'lowre'", "lower?"),
@@ -292,7 +304,7 @@ CASES = [
     *(("evaluate model.json", {"model.json": text}, ("model.json", *says)) for text, says in MODELS),
     *(
         (f"{verb} own.toml x.csv".strip(), {"own.toml": text, "x.csv": MOTION}, ("own.toml, line 11", says))
-        for verb in ("", "simplify", "rank", "compare")
+        for verb in ("", "simplify", "rank", "formulations")
         for text, says in ((MASSLESS, "joint 2"), (INDEFINITE, "link 2"))
     ),
     *((words, FILES, says) for words, says in WORDS.items()),

@@ -361,18 +361,18 @@ def test_certified_along_a_trajectory_and_between_its_extremes(run):
 
 
 def test_compared_formulations(run, motion):
-    result, told = run("compare two_link gentle.csv"), run("compare two_link gentle.csv --json").json
+    result, told = run("formulations two_link gentle.csv"), run("compare two_link gentle.csv --json").json
     for row in told["methods"]:
         assert f"{row['executed']['multiplications']} + {row['executed']['additions']}" in result.out
     assert told["agrees"]
-    told = run("compare two_link --payload 2,0,0,0 --json").json
+    told = run("formulations two_link --payload 2,0,0,0 --json").json
     assert "500 " in told["compared_at"]
     assert "2 kg" in told["provenance"]["payload"]
 
 
 @pytest.mark.slow
 def test_compared_in_symbols(run, listing):
-    told = run("compare two_link --symbolic --json").json
+    told = run("formulations two_link --symbolic --json").json
     assert told["text"]["D22"] == "l**2*m2/3"
     assert all(forms["is_the_text's"] for forms in told["methods"].values())
     assert listing() == set()

@@ -67,7 +67,7 @@ JOBS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
             saved(arm, motion), gd.types.Tube.along(saved(arm, motion).arm, gd.read_trajectory(motion, arm))
         ),
     ),
-    "decompose": ("compare a.toml m.csv", lambda arm, motion: gd.decompose(arm, motion)),
+    "decompose": ("formulations a.toml m.csv", lambda arm, motion: gd.decompose(arm, motion)),
     "plan": (
         "plan a.toml --from 0,0 --to 1rad,1rad --duration 2 -o made.csv",
         lambda arm, _: gd.plan(arm, [0.0, 0.0], [1.0, 1.0], 2.0),

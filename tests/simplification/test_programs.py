@@ -36,7 +36,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.kept_program import kept_programs
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH, torque_program
-from gd_analyze.studies.comparison import count_cost
+from gd_analyze.studies.formulations import count_cost
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import LEVELS, ExactDynamics, ExactForm, RobotArm, States
 from long_cases import long, long_but

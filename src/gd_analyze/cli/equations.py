@@ -7,9 +7,9 @@ from pathlib import Path
 import click
 
 from gd_analyze.cli import options
-from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.given import GivenRobot, joint_values, robot_given
 from gd_analyze.cli.output import Output, reporting, require_outputs
-from gd_analyze.cli.rules import excludes
+from gd_analyze.cli.rules import excludes, needs
 from gd_analyze.cli.terminal import WIDTH, lines
 from gd_analyze.files import write_text
 
@@ -36,6 +36,17 @@ _FORMS = {".tex": "latex", ".mml": "mathml", ".py": "sympy"}
 )
 @click.option("--terms", is_flag=True, help="Print a table of terms for every element: effect, links, share.")
 @click.option(
+    "--at",
+    metavar="LIST",
+    help="Print D, h and c as numbers, with their parts, at these joint positions: degrees or m, "
+    "comma-separated. h is its coefficients h_ijk.",
+)
+@click.option(
+    "--velocity",
+    metavar="LIST",
+    help="With --at: joint velocities, degrees/s or m/s; h is then its value.",
+)
+@click.option(
     "--parameters",
     is_flag=True,
     help="Print the base inertial parameters instead, each as a combination of the links' own.",
@@ -55,6 +66,8 @@ def equations(
     min_share: float,
     form: str | None,
     terms: bool,
+    at: str | None,
+    velocity: str | None,
     parameters: bool,
     symbolic: bool,
     digits: int,
@@ -68,12 +81,19 @@ def equations(
       gd-analyze equations puma560 --min-share 1%
       gd-analyze equations puma560 --element D11 --element h1 --terms
       gd-analyze equations my_arm.toml --format latex -o my_arm.tex
+      gd-analyze equations puma560 --at 0,-30,90,0,0,0 --element D
       gd-analyze equations puma560 --parameters
       gd-analyze equations scara --symbolic --format sympy -o scara.py
     """
+    of_formulas = ("--min-share", "--format", "--terms", "--parameters", "--symbolic", "--out")
+    excludes("--at", *of_formulas, as_it="prints a table of numbers to the terminal")
+    needs("--velocity", "--at")
     excludes("--symbolic", "--parameters", "--terms", "--min-share", as_it="writes every term")
     excludes("--parameters", "--element", "--terms", "--min-share", as_it="is for the whole arm")
     excludes("--terms", "--format", "--out", as_it="prints a table to the terminal")
+    if at is not None:
+        _give_posture(robot, elements, at, velocity, digits, output)
+        return
     form = form or _FORMS.get(out.suffix if out is not None else "", "text")
     if symbolic:
         _give_symbolic(robot, elements, form, out, output)
@@ -105,6 +125,20 @@ def equations(
         output.give(equations_result(harmonics, listed_equations, heading.terms, form, body, digits), out)
     else:
         lines(body if output.quiet else header + body)
+
+
+def _give_posture(
+    robot: GivenRobot, elements: tuple[str, ...], at: str, velocity: str | None, digits: int, output: Output
+) -> None:
+    """Give the elements as numbers at one posture."""
+    with output.working():
+        from gd_analyze.results.posture import posture_result
+
+        arm = robot.load()
+        q = joint_values(arm, at, "--at")
+        qd = None if velocity is None else joint_values(arm, velocity, "--velocity")
+        result = posture_result(arm, q, qd, elements, digits=digits)
+    output.give(result)
 
 
 def _give_symbolic(

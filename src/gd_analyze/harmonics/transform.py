@@ -182,7 +182,7 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
         expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 revolute joints",
         found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
         next_step=f"{affordable}without exact equations any number of joints is possible: `gd-analyze ROBOT "
-        "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
+        "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze formulations`",
     )
 
 

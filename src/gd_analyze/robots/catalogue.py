@@ -19,6 +19,7 @@ from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm, read_drives
 from gd_analyze.robots.limits import GivenLimits, locks_of, with_limits
+from gd_analyze.robots.other_formats import other_format
 from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.text import LARGEST, in_python
@@ -196,7 +197,16 @@ def _path_of(name_or_path: object) -> Path:
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is not a file
         suffix, is_folder = path.suffix.lower(), bool(name) and path.is_dir()
-        usual_content = _USUAL_CONTENT.get(suffix, "")
+        usual_content, other = _USUAL_CONTENT.get(suffix, ""), other_format(suffix)
+        if path.is_file() and other is not None:
+            found, hint = other
+            raise ArmError(
+                "robots of this format are not read",
+                where=Location(path),
+                found=found,
+                expected="URDF, MJCF or TOML",
+                next_step=hint,
+            )
         if path.is_file() and not usual_content:
             return path
         if name and path.exists():
