@@ -258,7 +258,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "equations two_link --parameters --terms": ("--parameters", "omit --terms"),
     "equations two_link --parameters --element D11": ("--parameters", "omit --element"),
     "equations two_link --symbolic --terms": ("--symbolic", "omit --terms"),
-    "equations two_link --symbolic --parameters --min-share 1%": ("omit --parameters, --min-share",),
+    "equations two_link --symbolic --parameters --min-share 1%": ("--symbolic", "omit --min-share"),
     "equations puma560 --symbolic": ("6 joints", "--element D12"),
     "equations puma560 --symbolic --element D17": ("'D17'", "D11 to D66"),
     "equations two_link --parameters --format sympy": ("--parameters", "latex", "sympy"),

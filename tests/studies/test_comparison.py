@@ -10,6 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from chains import generic_chain
+from gd_analyze.arrays import turn_about
 from gd_analyze.dynamics.same_base import SameBase
 from gd_analyze.errors import ArmError
 from gd_analyze.studies.comparison import Comparison, compared_result, states_for_both
@@ -19,14 +21,19 @@ from strategies import arms, examples, random_rotation, random_states
 NAMES = ("a.urdf", "b.xml")
 
 
-def otherwise_framed(arm: RobotArm, seed: int, signs: tuple[float, ...] = ()) -> RobotArm:
-    """The same arm in other base and link frames, and joints that count the other way where a sign is -1."""
+def otherwise_framed(
+    arm: RobotArm, seed: int, signs: tuple[float, ...] = (), zeros: tuple[float, ...] = ()
+) -> RobotArm:
+    """The same arm in other base and link frames, and joints at sign q + zero where its own are at q."""
     rng = np.random.default_rng(seed)
     base, place = random_rotation(rng), rng.normal(size=3)
     joints, links, before = [], [], Placement(base, place)
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
         placement = together(before, joint.placement)
         axis = joint.axis * (signs[i] if signs else 1.0)
+        if zeros and zeros[i]:
+            back = turn_about(axis, np.cos([zeros[i]]), -np.sin([zeros[i]]))[..., 0]
+            placement = together(placement, Placement(back))
         joints.append(replace(joint, placement=placement, axis=axis))
         turn = Placement(random_rotation(rng), rng.normal(size=3))
         into = turn.rotation.T
@@ -76,10 +83,10 @@ def test_frames_make_no_difference(arm, seed):
     np.testing.assert_allclose(base.apart, 0, atol=1e-7 * max(arm.reach, 1.0))
 
 
-@examples(20)
+@examples(3)
 @given(st.integers(0, 2**31), st.integers(0, 5))
 def test_what_differs_is_found_in_any_frames(seed, index):
-    """A link's mass, its centre and its inertia, gravity, drives and senses, all at once."""
+    """A link's mass and centre, drives, senses and zeros of joints, all at once."""
     arm, rng = (
         replace(gd.load_arm("puma560"), dh_table=(), convention="placement"),
         np.random.default_rng(seed),
@@ -88,14 +95,29 @@ def test_what_differs_is_found_in_any_frames(seed, index):
     heavier = changed(arm, index, mass=1.3 * link.mass + 0.1, com=1.2 * link.com + 0.01)
     signs = tuple(rng.choice([1.0, -1.0], arm.n_joints).tolist())
     drives = tuple(replace(drive, inertia=drive.inertia * 1.1) for drive in arm.drives)
-    other = otherwise_framed(replace(heavier, drives=drives), seed, signs)
+    # How the base is turned about the first axis, and the last joint's zero, no axis tells.
+    zeros = (0.0, *rng.choice([0.0, np.pi / 2, -np.pi / 2, np.pi], 4).tolist(), 0.0)
+    other = otherwise_framed(replace(heavier, drives=drives), seed, signs, zeros)
     comparison = compared(arm, other)
-    assert comparison.base.signs.tolist() == list(signs)
     kinds = {(part.kind, part.link) for part in comparison.parts}
-    assert kinds == {("link", index), ("drives", None), *([("senses", None)] if -1.0 in signs else [])}
+    # The wrist's axes meet in a point: two senses and a half turn may be one and the same.
+    assert kinds - {("senses", None), ("zeros", None)} == {("link", index), ("drives", None)}
     steps = comparison.steps()
     left = [comparison.shares(step.left).max() for step in steps]
     assert left[-1] < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_senses_and_zeros_of_joints(seed):
+    arm, rng = generic_chain(4), np.random.default_rng(seed)
+    signs = tuple(rng.choice([1.0, -1.0], 4).tolist())
+    # How the base is turned about the first axis, no axis tells.
+    zeros = (0.0, *rng.choice([0.0, np.pi / 2, -np.pi / 2, np.pi], 3).tolist())
+    comparison = compared(arm, otherwise_framed(arm, seed, signs, zeros))
+    assert comparison.base.signs.tolist() == list(signs)
+    np.testing.assert_allclose(np.exp(1j * comparison.base.zeros), np.exp(1j * np.array(zeros)), atol=1e-9)
+    assert {part.kind for part in comparison.parts} <= {"senses", "zeros"}
+    assert all(comparison.shares(step.left).max() < 1e-9 for step in comparison.steps()[-1:])
 
 
 def test_each_part_alone_and_what_is_left(two_link):

@@ -49,7 +49,8 @@ _FORMS = {".tex": "latex", ".mml": "mathml", ".py": "sympy"}
 @click.option(
     "--parameters",
     is_flag=True,
-    help="Print the base inertial parameters instead, each as a combination of the links' own.",
+    help="Print the base inertial parameters instead, each as a combination of the links' own; with "
+    "--symbolic by masses, centres, inertias and lengths.",
 )
 @click.option(
     "--symbolic",
@@ -88,18 +89,18 @@ def equations(
     of_formulas = ("--min-share", "--format", "--terms", "--parameters", "--symbolic", "--out")
     excludes("--at", *of_formulas, as_it="prints a table of numbers to the terminal")
     needs("--velocity", "--at")
-    excludes("--symbolic", "--parameters", "--terms", "--min-share", as_it="writes every term")
+    excludes("--symbolic", "--terms", "--min-share", as_it="writes every term")
     excludes("--parameters", "--element", "--terms", "--min-share", as_it="is for the whole arm")
     excludes("--terms", "--format", "--out", as_it="prints a table to the terminal")
     if at is not None:
         _give_posture(robot, elements, at, velocity, digits, output)
         return
     form = form or _FORMS.get(out.suffix if out is not None else "", "text")
+    if parameters:
+        _give_parameters(robot, symbolic, form, digits, out, output)
+        return
     if symbolic:
         _give_symbolic(robot, elements, form, out, output)
-        return
-    if parameters:
-        _give_parameters(robot, form, digits, out, output)
         return
     require_outputs(out)
     with output.working() as progress:
@@ -162,23 +163,27 @@ def _give_symbolic(
         lines(symbolic_text(equations, form, WIDTH, heading=False) if output.quiet else text)
 
 
-def _give_parameters(robot: GivenRobot, form: str, digits: int, out: Path | None, output: Output) -> None:
+def _give_parameters(
+    robot: GivenRobot, symbolic: bool, form: str, digits: int, out: Path | None, output: Output
+) -> None:
     """Give the base inertial parameters: tables for the terminal, equations otherwise."""
     if form not in ("text", "latex"):
         raise click.UsageError(f"--parameters writes text or latex, not {form}")
     require_outputs(out)
     with output.working() as progress:
         from gd_analyze.dynamics.base_parameters import base_parameters
+        from gd_analyze.formulas.base_symbols import base_symbols
         from gd_analyze.formulas.results import base_equations, base_parameters_result
 
         arm = robot.load()
         progress.stage("regrouping")
         base = base_parameters(arm)
-        text = "".join(f"{line}\n" for line in base_equations(base, form, digits))
+        symbols = base_symbols(base) if symbolic else None
+        text = "".join(f"{line}\n" for line in base_equations(base, form, digits, symbols))
         if out is not None:
             progress.stage(f"writing {out.name}")
             write_text(out, text)
     if output.as_json or out is not None or (form == "text" and not output.quiet):
-        output.give(base_parameters_result(base, form, text, digits), out)
+        output.give(base_parameters_result(base, form, text, digits, symbols), out)
     else:
         lines(text)

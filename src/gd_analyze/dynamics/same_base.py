@@ -1,7 +1,7 @@
 """Two files of one robot brought together: the motion of the second base with which the joints' axes meet.
 
-Files of one robot differ in base frame, in link frames and in the sense in which joints count. Where every
-joint is at 0, the joints' axes are lines in space, whatever the frames are.
+Files of one robot differ in base frame, in link frames, in the sense in which joints count, and in where they
+count from. The joints' axes are lines in space, whatever the frames are.
 """
 
 from __future__ import annotations
@@ -19,6 +19,14 @@ from gd_analyze.robots.parts import Link
 
 # All combinations of senses are tried up to so many joints, of more joints each alone.
 _MOST_COMBINED = 8
+# Where joints may count from, rad, beside where those of the other file do.
+_QUARTERS = (0.0, np.pi / 2, -np.pi / 2, np.pi)
+# Candidates that are kept from joint to joint.
+_KEPT = 32
+# Angles in rad, and distances in units of the arm's reach, up to which axes meet.
+_MEET = 1e-5
+# Distances in units of the reach, and shares of inertias, up to which links are alike.
+_ALIKE = 1e-4
 # Share of gravity among the directions: it counts where the axes do not tell how a base is turned.
 _GRAVITY_SHARE = 1e-4
 # Sine of the angle between axes that are parallel.
@@ -27,16 +35,20 @@ _PARALLEL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SameBase:
-    """How the second arm lies in the first one's base frame, every joint at 0.
+    """How the second arm lies in the first one's base frame; its joints are at signs q + zeros.
 
     Parameters
     ----------
     first, second
         The arms, with the same kinds of joints.
+    ours, theirs
+        The arms with q = 0, each in its base frame.
     rotation, translation
         From the second base frame to the first, m.
     signs
         -1 for joints that count the other way in the second arm, shape (n,).
+    zeros
+        Joint variables of the second arm where those of the first are 0: multiples of a right angle, (n,).
     turned
         Angle between the two axes of each joint, rad, shape (n,).
     apart
@@ -45,29 +57,62 @@ class SameBase:
 
     first: RobotArm
     second: RobotArm
+    ours: Kinematics
+    theirs: Kinematics
     rotation: FloatArray
     translation: FloatArray
     signs: FloatArray
+    zeros: FloatArray
     turned: FloatArray
     apart: FloatArray
 
     @classmethod
     def of(cls, first: RobotArm, second: RobotArm) -> SameBase:
-        """Fit the motion of the base, for the senses of the joints with which it fits best."""
-        reach = max(first.reach, second.reach) or 1.0
-        fits = [_fit(first, second, signs, reach) for signs in _senses(first.n_joints)]
-        return min(fits, key=lambda fit: round(float((fit.turned + fit.apart / reach).sum()), 9))
+        """Fit the motion of the base, for the senses and zeros of joints with which the axes meet best.
+
+        Of several that do equally well, such as in a wrist whose axes meet in a point, those with which the
+        arms differ least.
+        """
+        zeros = np.zeros(first.n_joints)
+        plain = min((_fit(first, second, signs, zeros) for signs in _senses(first.n_joints)), key=_ranked)
+        if plain.off <= _MEET and not plain.differing:
+            return plain
+        fits = [plain, *_joint_by_joint(first, second)]
+        if min(fit.off for fit in fits) > _MEET:
+            return plain
+        meeting = (fit for fit in fits if fit.off <= _MEET)
+        return min(meeting, key=lambda fit: (fit.differing, *_ranked(fit)[1:]))
+
+    @property
+    def off(self) -> float:
+        """How far the axes are from meeting: sum of angles, and of distances in units of the reach."""
+        return float((self.turned + self.apart / _reach(self.first, self.second)).sum())
+
+    @property
+    def differing(self) -> int:
+        """In how many links the arms differ, and in gravity."""
+        change = float(np.linalg.norm(self.gravity - self.first.gravity))
+        is_other_gravity = change > _ALIKE * float(np.linalg.norm(self.first.gravity))
+        return sum(map(self._is_apart, range(self.first.n_joints))) + is_other_gravity
+
+    def _is_apart(self, index: int) -> bool:
+        ours, theirs = self.first.links[index], self.link(index)
+        distance = float(np.linalg.norm(ours.com - theirs.com))
+        size = max(np.abs(ours.inertia_com).max(), np.abs(theirs.inertia_com).max())
+        change = np.abs(ours.inertia_com - theirs.inertia_com).max()
+        return bool(distance > _ALIKE * _reach(self.first, self.second) or change > _ALIKE * size)
 
     @property
     def reversed(self) -> SameBase:
         """How the first arm lies in the second one's base frame."""
-        rotation = self.rotation.T
         return replace(
             self,
             first=self.second,
             second=self.first,
-            rotation=rotation,
-            translation=-rotation @ self.translation,
+            ours=self.theirs,
+            theirs=self.ours,
+            rotation=self.rotation.T,
+            translation=-self.rotation.T @ self.translation,
         )
 
     @property
@@ -78,21 +123,25 @@ class SameBase:
 
     def link(self, index: int) -> Link:
         """The first arm's link with mass, centre and inertia of the second one's, in its own frame."""
-        ours, theirs = _home(self.first), _home(self.second)
-        into_link = ours.link_rotations[index, :, :, 0].T
-        turn = into_link @ self.rotation @ theirs.link_rotations[index, :, :, 0]
-        origin = self.rotation @ theirs.link_origins[index, :, 0] + self.translation
+        into_link = self.ours.link_rotations[index, :, :, 0].T
+        turn = into_link @ self.rotation @ self.theirs.link_rotations[index, :, :, 0]
+        origin = self.rotation @ self.theirs.link_origins[index, :, 0] + self.translation
         source = self.second.links[index]
         return replace(
             self.first.links[index],
             mass=source.mass,
-            com=turn @ source.com + into_link @ (origin - ours.link_origins[index, :, 0]),
+            com=turn @ source.com + into_link @ (origin - self.ours.link_origins[index, :, 0]),
             inertia_com=turn @ source.inertia_com @ turn.T,
         )
 
 
-def _home(arm: RobotArm) -> Kinematics:
-    return solve_kinematics(arm, np.zeros((arm.n_joints, 1)))
+def _ranked(base: SameBase) -> tuple[float, int]:
+    """The best first; of equals the one with fewer changes."""
+    return round(base.off, 9), int((base.signs < 0).sum() + np.count_nonzero(base.zeros))
+
+
+def _reach(first: RobotArm, second: RobotArm) -> float:
+    return max(first.reach, second.reach) or 1.0
 
 
 def _senses(n: int) -> Iterator[FloatArray]:
@@ -104,12 +153,44 @@ def _senses(n: int) -> Iterator[FloatArray]:
     yield from (np.where(np.arange(n) == i, -1.0, 1.0) for i in range(n))
 
 
-def _fit(first: RobotArm, second: RobotArm, signs: FloatArray, reach: float) -> SameBase:
-    """Fit by least squares: first the directions of the axes and from axis to axis, then their places."""
-    revolute = np.array(first.is_revolute)
-    ours, theirs = _home(first), _home(second)
-    our_axes, our_points = ours.joint_axes[:, :, 0], ours.joint_origins[:, :, 0]
-    their_axes, their_points = signs[:, None] * theirs.joint_axes[:, :, 0], theirs.joint_origins[:, :, 0]
+def _joint_by_joint(first: RobotArm, second: RobotArm) -> list[SameBase]:
+    """Candidates for senses and zeros, chosen joint by joint, each by the axes up to the next joint's.
+
+    How the first joint's zero and the base's turn about its axis share an angle is not told: the base has it.
+    """
+    n = first.n_joints
+    kept = [(np.array([sign] + [1.0] * (n - 1)), np.zeros(n)) for sign in (1.0, -1.0)]
+    for joint in range(1, n):
+        turns = first.is_revolute[joint - 1] and joint > 1
+        tried = []
+        for (signs, zeros), sign, quarter in product(kept, (1.0, -1.0), _QUARTERS if turns else (0.0,)):
+            new_signs, new_zeros = signs.copy(), zeros.copy()
+            new_signs[joint], new_zeros[joint - 1] = sign, quarter
+            tried.append(_fit(first, second, new_signs, new_zeros, joint + 1))
+        kept = [(fit.signs, fit.zeros) for fit in sorted(tried, key=_ranked)[:_KEPT]]
+    # No axis tells the last joint's zero.
+    last = _QUARTERS if first.is_revolute[-1] else (0.0,)
+    return [
+        _fit(first, second, signs, np.append(zeros[:-1], quarter))
+        for signs, zeros in kept
+        for quarter in last
+    ]
+
+
+def _fit(
+    first: RobotArm, second: RobotArm, signs: FloatArray, zeros: FloatArray, count: int | None = None
+) -> SameBase:
+    """Fit by least squares: first the directions of the axes and from axis to axis, then their places.
+
+    By the first `count` axes, or by all.
+    """
+    reach, some = _reach(first, second), slice(count)
+    revolute = np.array(first.is_revolute)[some]
+    ours = solve_kinematics(first, np.zeros((first.n_joints, 1)))
+    theirs = solve_kinematics(second, zeros[:, None])
+    our_axes, our_points = ours.joint_axes[some, :, 0], ours.joint_origins[some, :, 0]
+    their_axes = signs[some, None] * theirs.joint_axes[some, :, 0]
+    their_points = theirs.joint_origins[some, :, 0]
     pairs = list(zip(our_axes, their_axes, strict=True))
     ways = (_ways(our_axes, our_points, revolute), _ways(their_axes, their_points, revolute))
     pairs += [(a / reach, b / reach) for a, b in zip(*ways, strict=True)]
@@ -126,9 +207,12 @@ def _fit(first: RobotArm, second: RobotArm, signs: FloatArray, reach: float) -> 
     return SameBase(
         first,
         second,
+        ours,
+        theirs,
         rotation,
         translation,
         signs,
+        zeros,
         turned=np.arctan2(sines, (our_axes * turned_axes).sum(axis=1)),
         apart=np.linalg.norm(missing - across @ translation, axis=1),
     )
@@ -136,8 +220,8 @@ def _fit(first: RobotArm, second: RobotArm, signs: FloatArray, reach: float) -> 
 
 def _ways(axes: FloatArray, points: FloatArray, revolute: Sequence[bool] | FloatArray) -> list[FloatArray]:
     """The shortest way from the axis of each revolute joint to that of the next; zero where they meet."""
-    ways, lines = [], np.flatnonzero(revolute)
-    for i, j in pairwise(lines):
+    ways = []
+    for i, j in pairwise(np.flatnonzero(revolute)):
         way, normal = points[j] - points[i], np.cross(axes[i], axes[j])
         is_parallel = np.linalg.norm(normal) < _PARALLEL
         ways.append(

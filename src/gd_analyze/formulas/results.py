@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
-from gd_analyze.formulas.formula import Product
+from gd_analyze.formulas.base_symbols import BaseSymbols, parted_name
+from gd_analyze.formulas.formula import Formula, Piece, Product, Symbol
 from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Written, formatted
 from gd_analyze.formulas.languages import equation_part as written_equations
 from gd_analyze.formulas.scripts import (
@@ -23,7 +24,7 @@ from gd_analyze.formulas.writing import base_formula, element_formula, factor_le
 from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.result import Column, Fact, Result, Shown, Table, Value
+from gd_analyze.result import Column, Fact, Part, Result, Shown, Table, Value
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 
@@ -188,17 +189,24 @@ def _spans(links: tuple[int, ...]) -> str:
     return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in zip(starts, ends, strict=True))
 
 
-def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str]:
-    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
+def base_equations(
+    base: BaseParameters, form: str, digits: int, symbols: BaseSymbols | None = None
+) -> Iterable[str]:
+    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each; in symbols mx2 and others follow."""
     printer = LatexPrinter(digits) if form == "latex" else Plain(digits)
-    for parameter in base:
+    formulas = map(base_formula, base) if symbols is None else symbols.formulas()
+    for parameter, formula in zip(base, formulas, strict=True):
         unit = f" {parameter.unit}"
         if form == "latex":
             unit = rf" \; \mathrm{{{parameter.unit.replace(' ', '~')}}}"
-        yield f"{printer.line(base_formula(parameter))} = {printer.sum((Product(parameter.number),))}{unit}"
+        yield f"{printer.line(formula)} = {printer.sum((Product(parameter.number),))}{unit}"
+    if symbols is not None:
+        yield from map(printer.line, symbols.definitions())
 
 
-def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
+def base_parameters_result(
+    base: BaseParameters, form: str, text: str, digits: int, symbols: BaseSymbols | None = None
+) -> Result:
     """The parameters with their combinations, the acting parameters of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
     of_effects = {
@@ -231,6 +239,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
             Value("acting_alone", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
             Value("never_acting", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
             Value("frames", [asdict(frame) for frame in base.frames]),
+            *([] if symbols is None else [Value("symbols", dict(symbols.values))]),
             Value("format", form),
             Value("written", text),
         ),
@@ -243,7 +252,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
                 **of_effects,
                 unit=[parameter.unit for parameter in base],
             ),
-            written_equations(None, "Combinations", map(base_formula, base), digits=digits),
+            *_combinations(base, symbols, digits),
             _texts(
                 "Effect of the links' parameters on the torques",
                 link=[*map(str, links)],
@@ -256,6 +265,26 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
             ),
         ),
     )
+
+
+def _combinations(base: BaseParameters, symbols: BaseSymbols | None, digits: int) -> list[Part]:
+    """The combinations; in symbols with what their parameters and symbols stand for."""
+    if symbols is None:
+        return [written_equations(None, "Combinations", map(base_formula, base), digits=digits)]
+    note = (
+        "Centre (x2, y2, z2) and inertia about it (I2xx, ...) are in link frame 2; what is zero is left out."
+    )
+    values = [
+        Formula(Symbol(*parted_name(name)), (Piece(Product(value)),))
+        for name, value in symbols.values.items()
+    ]
+    return [
+        written_equations("combinations", "Combinations", symbols.formulas(), digits=digits),
+        written_equations(
+            "links", "Parameters of the links", symbols.definitions(), note=note, digits=digits
+        ),
+        written_equations(None, "Symbols, SI units", values, digits=digits),
+    ]
 
 
 def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from gd_analyze.dynamics.same_base import SameBase
 from gd_analyze.errors import ArmError
 from gd_analyze.motions.states import States, states_in_box
 from gd_analyze.progress import NO_PROGRESS, Progress
-from gd_analyze.result import Fact, Result, Table, Value, joint_values
+from gd_analyze.result import Result, Table, Value, joint_values
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Drive, Joint
 from gd_analyze.schema import declared_table
@@ -26,17 +27,21 @@ from gd_analyze.text import amount, enumerated, joint_name, number, percent
 
 # Shares of peak torque, and relative differences of numbers, that are round-off of turning frames.
 _ROUND_OFF = 1e-9
-# A part makes most of a difference where without it less than this share of the difference is left.
+# Share of peak torque below which a difference comes from the digits that files have.
+_OF_DIGITS = 1e-4
+# Parts make most of a difference where less than this share of it is left without them.
 _MOST = 0.5
+# Parts are not shown once less than this share of the difference is left.
+_SHOWN = 0.01
 
 
 @dataclass(frozen=True)
 class DifferentPart:
-    """Numbers in which the two arms differ: a link's, gravity, the drives', axes, or senses of joints."""
+    """Numbers in which the two arms differ: a link's, gravity, the drives', or the joints'."""
 
     name: str  # "link 3 forearm"
     difference: str  # in words
-    kind: str  # "link", "gravity", "drives", "axes" or "senses"
+    kind: str  # "link", "gravity", "drives", "axes", "senses" or "zeros"
     link: int | None = None  # from 0
 
 
@@ -133,6 +138,10 @@ class Comparison:
         if (base.signs < 0).any():
             reverse = [name for name, sign in zip(names, base.signs, strict=True) if sign < 0]
             yield DifferentPart("senses of joints", f"opposite at joint {', '.join(reverse)}", "senses")
+        if base.zeros.any():
+            moved = zip(names, np.degrees(base.zeros), strict=True)
+            text = ", ".join(f"joint {name} by {number(angle)}°" for name, angle in moved if angle)
+            yield DifferentPart("zeros of joints", text, "zeros")
         reach = max(first.reach, second.reach) or 1.0
         off = np.maximum(base.turned, base.apart / reach) > _ROUND_OFF
         if off.any():
@@ -168,7 +177,7 @@ class Comparison:
         size = max(np.abs(ours.inertia_com).max(), np.abs(theirs.inertia_com).max(), mass * reach**2)
         change = float(np.abs(ours.inertia_com - theirs.inertia_com).max())
         if change > _ROUND_OFF * size:
-            texts.append(f"inertia by {amount(change, 'kg m^2')}")
+            texts.append(f"inertia by {number(change)} kg m²")
         return ", ".join(texts)
 
     def steps(self, progress: Progress = NO_PROGRESS) -> list[Step]:
@@ -202,8 +211,14 @@ class Comparison:
             drives=tuple(Drive(inertia=float(value)) for value in inertia),
             spread=None,
         )
-        signs = base.signs if ("senses" in kinds) != has_second_axes else np.ones(len(base.signs))
-        return signs * torque_of(arm, States(*(signs * x for x in self.states.arrays)))
+        signs = base.signs if "senses" in kinds else np.ones(len(base.signs))
+        zeros = base.zeros if "zeros" in kinds else np.zeros(len(base.zeros))
+        # Variables of the first arm whose joints count as the variant's.
+        q, *rates = (signs * x for x in (self.states.q - zeros, self.states.qd, self.states.qdd))
+        if has_second_axes:
+            q, rates = base.signs * q + base.zeros, [base.signs * x for x in rates]
+            signs = signs * base.signs
+        return signs * torque_of(arm, States(q, *rates))
 
 
 def _drive_inertia(arm: RobotArm) -> FloatArray:
@@ -237,31 +252,34 @@ def compared_result(
         steps = comparison.steps(progress) if comparison.is_in_order and not agrees else []
     worst = int(np.argmax(shares))
     joint = comparison.first.joints[worst]
-    difference = f"{amount(comparison.largest[worst], joint.effort_unit)}, {percent(shares[worst])} of peak"
     place = f"at joint {joint_name(worst + 1, joint.name)}"
-    differs = f"Torques differ by up to {difference}, {place}."
-    headline = (
-        "Torques agree, up to round-off." if agrees else f"{differs} {_makers(comparison, steps)}".rstrip()
-    )
+    if agrees:
+        headline = "Torques agree, up to round-off."
+    elif shares[worst] < _OF_DIGITS:
+        headline = "Torques agree within 0.01 % of each joint's peak."
+    else:
+        difference = (
+            f"{amount(comparison.largest[worst], joint.effort_unit)}, {percent(shares[worst])} of peak"
+        )
+        headline = f"Torques differ by up to {difference}, {place}. {_makers(comparison, steps)}".rstrip()
+    base = comparison.base if comparison.is_in_order else None
     return Result(
-        title=f"{names[0]} and {names[1]} compared",
-        subtitle=f"torques D qdd + h + c at {comparison.states.in_words}",
+        title=f"{names[0]} and {names[1]}",
+        subtitle=f"compared by torques D qdd + h + c at {comparison.states.in_words}",
         headline=headline,
         facts=(
             Value("agrees", agrees),
-            Fact(
-                "largest_difference",
-                "Largest difference",
-                comparison.largest[worst],
-                joint.effort_unit,
-                note=place,
-            ),
-            Fact("largest_share", "of the joint's peak torque", shares[worst], shown="percent"),
+            Value("largest_difference", comparison.largest[worst]),
+            Value("largest_share", shares[worst]),
+            Value("largest_at_joint", worst + 1),
             Value("compared_at", comparison.states.in_words),
-            Value("base_rotation", comparison.base.rotation if comparison.is_in_order else None),
-            Value("base_translation", comparison.base.translation if comparison.is_in_order else None),
+            Value("base_rotation", None if base is None else base.rotation),
+            Value("base_translation", None if base is None else base.translation),
         ),
-        parts=(_joints_table(comparison, shares), *([_parts_table(comparison, steps)] if steps else [])),
+        parts=(
+            _joints_table(comparison, shares, names),
+            *([_parts_table(comparison, steps)] if steps else []),
+        ),
         notices=tuple(_notices(comparison, names)),
         provenance={"first": names[0], "second": names[1]},
     )
@@ -277,10 +295,10 @@ def _makers(comparison: Comparison, steps: list[Step]) -> str:
     names = enumerated([step.part.name for step in steps[:count]])
     if left[count - 1] <= _ROUND_OFF:
         return f"All of it comes from {names}."
-    return f"Without what differs in {names}, {percent(left[count - 1])} would be left."
+    return f"Most of it comes from {names}; without that, {percent(left[count - 1])} would be left."
 
 
-def _joints_table(comparison: Comparison, shares: FloatArray) -> Table:
+def _joints_table(comparison: Comparison, shares: FloatArray, names: tuple[str, str]) -> Table:
     theirs = [comparison.second.joints[k].name for k in comparison.order]
     is_named_alike = theirs == list(comparison.first.joint_names)
     values: dict[str, Any] = joint_values(comparison.first.joints) | {
@@ -290,9 +308,12 @@ def _joints_table(comparison: Comparison, shares: FloatArray) -> Table:
         "difference": comparison.largest,
         "share": shares,
     }
-    names = ["joint", *([] if is_named_alike else ["second_joint"])]
-    names += ["first_peak", "second_peak", "difference", "share"]
-    return declared_table("compared", "joints", "By joint", values, names)
+    shown = ["joint", *([] if is_named_alike else ["second_joint"])]
+    shown += ["first_peak", "second_peak", "difference", "share"]
+    files = [Path(name).name for name in names]
+    words = {"first_peak": files[0], "second_peak": files[1], "second_joint": files[1]}
+    title = "Peak torques, and the largest difference"
+    return declared_table("compared", "joints", title, values, shown, words=words)
 
 
 def _parts_table(comparison: Comparison, steps: list[Step]) -> Table:
@@ -312,12 +333,15 @@ def _parts_table(comparison: Comparison, steps: list[Step]) -> Table:
         "left_share": [comparison.shares(step.left).max() for step in steps],
     }
     note = (
-        "The parts in the order in which taking over the second file's leaves least. Alone: the change of "
-        "torque by this part alone, at the joint where it is largest; left: the largest difference after "
-        "this part and those above, of peak torque."
+        "Part after part is taken over from the second file, each time the one that leaves least. Alone: the "
+        "change of torque by this part alone; left: the largest difference after it and those above."
     )
     names = ["part", "difference_in", "alone", "alone_joint", "alone_share", "left_share"]
-    return declared_table("compared", "parts", "What makes the difference", values, names, note=note)
+    left = values["left_share"]
+    enough = _SHOWN * comparison.shares(comparison.largest).max()
+    top = next((k for k, share in enumerate(left, start=1) if share < enough), len(left))
+    title = "What makes the difference"
+    return declared_table("compared", "parts", title, values, names, note=note, top=top)
 
 
 def _notices(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
