@@ -71,10 +71,12 @@ def _two(robot: GivenRobot, other: str) -> tuple[GivenRobot, GivenRobot]:
     from gd_analyze.robots.catalogue import is_xml
 
     links = {name: (getattr(robot, name) or "").split(",", 1) for name in ("tip", "base")}
+    has_tree = any(is_xml(Path(word)) for word in (robot.name, other))
     given = []
     for place, word in enumerate((robot.name, other)):
-        picked = {name: words[place % len(words)] or None for name, words in links.items()}
-        if not is_xml(Path(word)):
-            picked |= {"tip": None, "base": None, "lock": ()}  # a chain alone
-        given.append(replace(robot, name=word, **picked))
+        tip, base = (words[place % len(words)] or None for words in links.values())
+        picked = replace(robot, name=word, tip=tip, base=base)
+        # Beside a URDF or MJCF, a chain alone has nothing to choose.
+        is_chain = has_tree and not is_xml(Path(word))
+        given.append(replace(picked, tip=None, base=None, lock=()) if is_chain else picked)
     return given[0], given[1]

@@ -99,7 +99,7 @@ def base_symbols(base: BaseParameters) -> BaseSymbols:
             shares[share.kind, share.link] = _fitted(arm, factors, lengths, np.array(values), degree)
         combinations.append(shares)
     named = sorted({key for shares in combinations for key in shares}, key=lambda key: (key[1], key[0]))
-    links = {}
+    links: dict[tuple[str, int], Polynomial] = {}
     for link in range(1, arm.n_joints + 1):
         kinds = [kind for kind, of_link in named if of_link == link and kind not in ("m", "J")]
         if kinds:
@@ -109,8 +109,8 @@ def base_symbols(base: BaseParameters) -> BaseSymbols:
     polynomials = [*itertools.chain.from_iterable(x.values() for x in combinations), *links.values()]
     used = {name for polynomial in polynomials for names in polynomial for name in names}
     used |= {f"{kind}{link}" for kind, link in named if kind in ("m", "J")}
-    values = {name: number for name, number in symbols.items() if name in used}
-    return BaseSymbols(base, tuple(combinations), links, values)
+    numbers = {name: number for name, number in symbols.items() if name in used}
+    return BaseSymbols(base, tuple(combinations), links, numbers)
 
 
 def _lengths(arm: RobotArm) -> tuple[ArmLength, ...]:

@@ -214,11 +214,12 @@ class Comparison:
         signs = base.signs if "senses" in kinds else np.ones(len(base.signs))
         zeros = base.zeros if "zeros" in kinds else np.zeros(len(base.zeros))
         # Variables of the first arm whose joints count as the variant's.
-        q, *rates = (signs * x for x in (self.states.q - zeros, self.states.qd, self.states.qdd))
+        q, qd, qdd = signs * (self.states.q - zeros), signs * self.states.qd, signs * self.states.qdd
         if has_second_axes:
-            q, rates = base.signs * q + base.zeros, [base.signs * x for x in rates]
+            q, qd, qdd = base.signs * q + base.zeros, base.signs * qd, base.signs * qdd
             signs = signs * base.signs
-        return signs * torque_of(arm, States(q, *rates))
+        torque: FloatArray = signs * torque_of(arm, States(q, qd, qdd))
+        return torque
 
 
 def _drive_inertia(arm: RobotArm) -> FloatArray:
