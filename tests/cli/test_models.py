@@ -361,7 +361,10 @@ def test_certified_along_a_trajectory_and_between_its_extremes(run):
 
 
 def test_compared_formulations(run, motion):
-    result, told = run("formulations two_link gentle.csv"), run("compare two_link gentle.csv --json").json
+    result, told = (
+        run("formulations two_link gentle.csv"),
+        run("formulations two_link gentle.csv --json").json,
+    )
     for row in told["methods"]:
         assert f"{row['executed']['multiplications']} + {row['executed']['additions']}" in result.out
     assert told["agrees"]

@@ -25,6 +25,7 @@ MOTION = "time,q1,q2\n" + "\n".join(f"{0.1 * k},{0.01 * k * k},{0.02 * k * k}" f
 NEEDS_MASSES = (
     "{} x.csv", "simplify {} x.csv -o m.json", "rank {} x.csv", "trade-off {} x.csv", "equations {}",
     "equations {} --parameters", "equations {} --symbolic", "formulations {}", "export {} --to c -o x.c",
+    "compare {0} {0}", "equations {} --at 0", "equations {} --parameters --symbolic",
     "figures {} x.csv -o drawn", "diagnose {} x.csv",
     "simplify {} --states 9 -o m.json", "{} x.csv --payload 1,0,0,0",
 )  # fmt: skip

@@ -217,3 +217,13 @@ def test_one_joint_alone(two_link):
 def test_states_of_one_arm_are_those_of_the_other(two_link):
     states = States(*(np.full((1, 2), x) for x in (0.3, 0.2, 0.1)))
     assert Comparison.of(two_link, two_link, states).largest.max() == 0.0
+
+
+def test_files_are_named_without_their_folders_unless_they_have_one_name(two_link):
+    for names, title, heading in (
+        (("here/a.urdf", "there/b.xml"), "a.urdf and b.xml", "b.xml"),
+        (("here/a.urdf", "there/a.urdf"), "here/a.urdf and there/a.urdf", "second"),
+    ):
+        result = compared_result(compared(two_link, two_link), names)
+        assert result.title == title
+        assert [column.label for column in result.parts[0].columns][2] == heading

@@ -26,8 +26,8 @@ from gd_analyze.robots.description import table_convention
 from gd_analyze.robots.parts import entries_of
 
 # Names of factors, sorted: () is 1, ("a2", "a2") the square of a2.
-Monomial = tuple[str, ...]
-Polynomial = Mapping[Monomial, float]
+SymbolNames = tuple[str, ...]
+SymbolPolynomial = Mapping[SymbolNames, float]
 
 _LARGEST_CHANGE = 0.1
 # Arms beyond those that the polynomial's terms need.
@@ -64,8 +64,8 @@ class BaseSymbols:
     """
 
     base: BaseParameters
-    combinations: tuple[Mapping[tuple[str, int], Polynomial], ...]
-    links: Mapping[tuple[str, int], Polynomial]
+    combinations: tuple[Mapping[tuple[str, int], SymbolPolynomial], ...]
+    links: Mapping[tuple[str, int], SymbolPolynomial]
     values: Mapping[str, float]
 
     def formulas(self) -> Iterator[Formula]:
@@ -99,7 +99,7 @@ def base_symbols(base: BaseParameters) -> BaseSymbols:
             shares[share.kind, share.link] = _fitted(arm, factors, lengths, np.array(values), degree)
         combinations.append(shares)
     named = sorted({key for shares in combinations for key in shares}, key=lambda key: (key[1], key[0]))
-    links: dict[tuple[str, int], Polynomial] = {}
+    links: dict[tuple[str, int], SymbolPolynomial] = {}
     for link in range(1, arm.n_joints + 1):
         kinds = [kind for kind, of_link in named if of_link == link and kind not in ("m", "J")]
         if kinds:
@@ -168,8 +168,8 @@ def _degree(kind: str, arm: RobotArm, link: int) -> int:
 
 def _fitted(
     arm: RobotArm, factors: FloatArray, lengths: Sequence[ArmLength], values: FloatArray, degree: int
-) -> Polynomial:
-    """Polynomial in the lengths, all its terms of one degree, that has these values at all arms."""
+) -> SymbolPolynomial:
+    """SymbolPolynomial in the lengths, all its terms of one degree, that has these values at all arms."""
     if degree < 0:
         raise _unreadable(arm, "a coefficient per length")
     terms = list(itertools.combinations_with_replacement(range(len(lengths)), degree))
@@ -195,7 +195,7 @@ def _moments(
     factors: FloatArray,
     arms: Sequence[BaseParameters],
     lengths: Sequence[ArmLength],
-) -> dict[str, Polynomial]:
+) -> dict[str, SymbolPolynomial]:
     """First and second moments of a link in its frame of base parameters."""
     arm, s = base.arm, link - 1
     rotation = base.frames[s].rotation
@@ -208,11 +208,11 @@ def _moments(
     centre = []
     for axis, (letter, number) in enumerate(zip(_AXES, source.com.tolist(), strict=True)):
         of_frame = _fitted(arm, factors, lengths, places[:, axis], 1)
-        own: Polynomial = {(f"{letter}{link}",): 1.0} if number else {}
+        own: SymbolPolynomial = {(f"{letter}{link}",): 1.0} if number else {}
         centre.append(_sum([(1.0, own), (-1.0, of_frame)]))
     centre = [_sum(zip(rotation[:, a].tolist(), centre, strict=True)) for a in range(3)]
     second = _second_moments(link, source.inertia_com)
-    mass: Polynomial = {(f"m{link}",): 1.0} if source.mass else {}
+    mass: SymbolPolynomial = {(f"m{link}",): 1.0} if source.mass else {}
     out = {f"m{letter}": _times(mass, centre[a]) for a, letter in enumerate(_AXES)}
     for a, b in itertools.combinations_with_replacement(range(3), 2):
         turned = [(float(rotation[c, a] * rotation[d, b]), second[c][d]) for c, d in np.ndindex(3, 3)]
@@ -221,11 +221,11 @@ def _moments(
     return out
 
 
-def _second_moments(link: int, inertia: FloatArray) -> list[list[Polynomial]]:
+def _second_moments(link: int, inertia: FloatArray) -> list[list[SymbolPolynomial]]:
     """Second moments about the centre in terms of the inertia: Pxx = (Iyy + Izz - Ixx) / 2, Pxy = -Ixy."""
     known = {name: bool(value) for name, value in entries_of(inertia).items()}
 
-    def symbol(a: int, b: int) -> Polynomial:
+    def symbol(a: int, b: int) -> SymbolPolynomial:
         name = "".join(sorted(_AXES[a] + _AXES[b]))
         return {(f"I{link}{name}",): 1.0} if known[name] else {}
 
@@ -245,10 +245,10 @@ def _numbers(arm: RobotArm) -> dict[str, float]:
     return out
 
 
-def _sum(terms: Iterable[tuple[float, Polynomial]]) -> Polynomial:
+def _sum(terms: Iterable[tuple[float, SymbolPolynomial]]) -> SymbolPolynomial:
     """Sum of multiples of polynomials, without what cancels."""
-    out: Counter[Monomial] = Counter()
-    sizes: Counter[Monomial] = Counter()
+    out: Counter[SymbolNames] = Counter()
+    sizes: Counter[SymbolNames] = Counter()
     for factor, polynomial in terms:
         for names, weight in polynomial.items():
             out[names] += factor * weight  # type: ignore[assignment]
@@ -256,14 +256,14 @@ def _sum(terms: Iterable[tuple[float, Polynomial]]) -> Polynomial:
     return {names: float(weight) for names, weight in out.items() if abs(weight) > _ROUND_OFF * sizes[names]}
 
 
-def _times(first: Polynomial, second: Polynomial) -> Polynomial:
+def _times(first: SymbolPolynomial, second: SymbolPolynomial) -> SymbolPolynomial:
     pairs = itertools.product(first.items(), second.items())
     return _sum((1.0, {tuple(sorted(a + b)): x * y}) for (a, x), (b, y) in pairs)
 
 
-def _combined(shares: Mapping[tuple[str, int], Polynomial]) -> Iterator[Piece]:
+def _combined(shares: Mapping[tuple[str, int], SymbolPolynomial]) -> Iterator[Piece]:
     """A combination's summands; masses with the same factor are written together, m3..6."""
-    runs: list[tuple[Monomial, float, str, int, int]] = []
+    runs: list[tuple[SymbolNames, float, str, int, int]] = []
     ordered = sorted(shares.items(), key=lambda share: share[0][0] == "m")
     for (kind, link), polynomial in ordered:
         for names, weight in polynomial.items():
@@ -281,7 +281,7 @@ def _combined(shares: Mapping[tuple[str, int], Polynomial]) -> Iterator[Piece]:
         yield Piece(Product(weight, (*factors.powers, Power(Symbol(kind, index)))))
 
 
-def _product(weight: float, names: Monomial) -> Product:
+def _product(weight: float, names: SymbolNames) -> Product:
     """A product of symbols: masses and inertias first."""
     counted = sorted(Counter(names).items(), key=lambda entry: ("mI".find(entry[0][0]) % 3, entry[0]))
     return Product(weight, tuple(Power(Symbol(*parted_name(name)), exponent) for name, exponent in counted))

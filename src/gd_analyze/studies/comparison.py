@@ -27,6 +27,7 @@ from gd_analyze.text import amount, enumerated, joint_name, number, percent
 
 # Shares of peak torque, and relative differences of numbers, that are round-off of turning frames.
 _ROUND_OFF = 1e-9
+_ROUND_OFF_OF_TORQUE = 1e-11
 # Share of peak torque below which a difference comes from the digits that files have.
 _OF_DIGITS = 1e-4
 # Parts make most of a difference where less than this share of it is left without them.
@@ -117,10 +118,10 @@ class Comparison:
         peak = np.maximum(*self.peaks)
         return np.divide(differences, peak, out=np.zeros_like(peak), where=peak > 0.0)
 
-    @staticmethod
-    def _largest(differences: FloatArray) -> FloatArray:
-        largest: FloatArray = np.abs(differences).max(axis=0)
-        return largest
+    def _largest(self, differences: FloatArray) -> FloatArray:
+        """Largest magnitude by joint; 0 where it is round-off of the peak torque."""
+        largest = np.abs(differences).max(axis=0)
+        return np.where(largest > _ROUND_OFF_OF_TORQUE * np.maximum(*self.peaks), largest, 0.0)
 
     @cached_property
     def base(self) -> SameBase:
@@ -265,7 +266,7 @@ def compared_result(
         headline = f"Torques differ by up to {difference}, {place}. {_makers(comparison, steps)}".rstrip()
     base = comparison.base if comparison.is_in_order else None
     return Result(
-        title=f"{names[0]} and {names[1]}",
+        title=" and ".join(_short(names, names)),
         subtitle=f"compared by torques D qdd + h + c at {comparison.states.in_words}",
         headline=headline,
         facts=(
@@ -299,6 +300,12 @@ def _makers(comparison: Comparison, steps: list[Step]) -> str:
     return f"Most of it comes from {names}; without that, {percent(left[count - 1])} would be left."
 
 
+def _short(names: tuple[str, str], otherwise: tuple[str, str]) -> tuple[str, str]:
+    """The files without their folders, or something else where that is the same."""
+    first, second = (Path(name).name for name in names)
+    return (first, second) if first != second else otherwise
+
+
 def _joints_table(comparison: Comparison, shares: FloatArray, names: tuple[str, str]) -> Table:
     theirs = [comparison.second.joints[k].name for k in comparison.order]
     is_named_alike = theirs == list(comparison.first.joint_names)
@@ -311,7 +318,7 @@ def _joints_table(comparison: Comparison, shares: FloatArray, names: tuple[str, 
     }
     shown = ["joint", *([] if is_named_alike else ["second_joint"])]
     shown += ["first_peak", "second_peak", "difference", "share"]
-    files = [Path(name).name for name in names]
+    files = _short(names, ("first", "second"))
     words = {"first_peak": files[0], "second_peak": files[1], "second_joint": files[1]}
     title = "Peak torques, and the largest difference"
     return declared_table("compared", "joints", title, values, shown, words=words)
