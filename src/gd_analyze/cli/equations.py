@@ -55,10 +55,10 @@ _FORMS = {".tex": "latex", ".mml": "mathml", ".py": "sympy"}
 @click.option(
     "--symbolic",
     is_flag=True,
-    help="Write lengths, masses and inertias as symbols, and list their values. Arms of more than four "
-    "joints need --element.",
+    help="Write lengths, masses and inertias as symbols, and list their values. Equations of arms of more "
+    "than four joints need --element.",
 )
-@options.digits("Significant digits of coefficients; sympy and --symbolic keep all.")
+@options.digits("Significant digits of numbers; equations of sympy and --symbolic keep all.")
 @options.out("Write the equations into this file.")
 @reporting
 def equations(

@@ -25,10 +25,12 @@ _QUARTERS = (0.0, np.pi / 2, -np.pi / 2, np.pi)
 _KEPT = 32
 # Angles in rad, and distances in units of the arm's reach, up to which axes meet.
 _MEET = 1e-5
+# Other senses and zeros are taken where no axes meet exactly if they miss by less than this share.
+_MUCH_BETTER = 0.1
 # Distances in units of the reach, and shares of inertias, up to which links are alike.
 _ALIKE = 1e-4
-# Share of gravity among the directions: it counts where the axes do not tell how a base is turned.
-_GRAVITY_SHARE = 1e-4
+# Share of gravity, or of the link before, among the directions: it counts where the axes do not tell a turn.
+_LITTLE = 1e-4
 # Sine of the angle between axes that are parallel.
 _PARALLEL = 1e-6
 
@@ -43,24 +45,24 @@ class SameBase:
         The arms, with the same kinds of joints.
     ours, theirs
         The arms with q = 0, each in its base frame.
-    rotation, translation
-        From the second base frame to the first, m.
+    rotations, translations
+        For each link: from the second base frame to the first, m, (n, 3, 3) and (n, 3). They differ from link
+        to link where the axes do not meet.
     signs
         -1 for joints that count the other way in the second arm, shape (n,).
     zeros
         Joint variables of the second arm where those of the first are 0: multiples of a right angle, (n,).
-    turned
-        Angle between the two axes of each joint, rad, shape (n,).
-    apart
-        Distance of the second axis of each joint from the first, m, shape (n,); 0 for prismatic joints.
+    turned, apart
+        Angle between the two axes of each joint, rad, and their distance, m (0 for prismatic joints), seen
+        from the link before, shape (n,) each.
     """
 
     first: RobotArm
     second: RobotArm
     ours: Kinematics
     theirs: Kinematics
-    rotation: FloatArray
-    translation: FloatArray
+    rotations: FloatArray
+    translations: FloatArray
     signs: FloatArray
     zeros: FloatArray
     turned: FloatArray
@@ -78,10 +80,11 @@ class SameBase:
         if plain.off <= _MEET and not plain.differing:
             return plain
         fits = [plain, *_joint_by_joint(first, second)]
-        if min(fit.off for fit in fits) > _MEET:
-            return plain
-        meeting = (fit for fit in fits if fit.off <= _MEET)
-        return min(meeting, key=lambda fit: (fit.differing, *_ranked(fit)[1:]))
+        meeting = [fit for fit in fits if fit.off <= _MEET]
+        if meeting:
+            return min(meeting, key=lambda fit: (fit.differing, *_ranked(fit)[1:]))
+        best = min(fits, key=_ranked)
+        return _link_by_link(best if best.off < _MUCH_BETTER * plain.off else plain)
 
     @property
     def off(self) -> float:
@@ -111,21 +114,22 @@ class SameBase:
             second=self.first,
             ours=self.theirs,
             theirs=self.ours,
-            rotation=self.rotation.T,
-            translation=-self.rotation.T @ self.translation,
+            rotations=np.swapaxes(self.rotations, 1, 2),
+            translations=-np.einsum("iba,ib->ia", self.rotations, self.translations),
         )
 
     @property
     def gravity(self) -> FloatArray:
         """Gravity of the second arm in the first one's base frame, m/s^2."""
-        turned: FloatArray = self.rotation @ self.second.gravity
+        turned: FloatArray = self.rotations[0] @ self.second.gravity
         return turned
 
     def link(self, index: int) -> Link:
         """The first arm's link with mass, centre and inertia of the second one's, in its own frame."""
         into_link = self.ours.link_rotations[index, :, :, 0].T
-        turn = into_link @ self.rotation @ self.theirs.link_rotations[index, :, :, 0]
-        origin = self.rotation @ self.theirs.link_origins[index, :, 0] + self.translation
+        rotation, translation = self.rotations[index], self.translations[index]
+        turn = into_link @ rotation @ self.theirs.link_rotations[index, :, :, 0]
+        origin = rotation @ self.theirs.link_origins[index, :, 0] + translation
         source = self.second.links[index]
         return replace(
             self.first.links[index],
@@ -166,7 +170,7 @@ def _joint_by_joint(first: RobotArm, second: RobotArm) -> list[SameBase]:
         for (signs, zeros), sign, quarter in product(kept, (1.0, -1.0), _QUARTERS if turns else (0.0,)):
             new_signs, new_zeros = signs.copy(), zeros.copy()
             new_signs[joint], new_zeros[joint - 1] = sign, quarter
-            tried.append(_fit(first, second, new_signs, new_zeros, joint + 1))
+            tried.append(_fit(first, second, new_signs, new_zeros, slice(joint + 1)))
         kept = [(fit.signs, fit.zeros) for fit in sorted(tried, key=_ranked)[:_KEPT]]
     # No axis tells the last joint's zero.
     last = _QUARTERS if first.is_revolute[-1] else (0.0,)
@@ -177,14 +181,56 @@ def _joint_by_joint(first: RobotArm, second: RobotArm) -> list[SameBase]:
     ]
 
 
-def _fit(
-    first: RobotArm, second: RobotArm, signs: FloatArray, zeros: FloatArray, count: int | None = None
-) -> SameBase:
-    """Fit by least squares: first the directions of the axes and from axis to axis, then their places.
+def _link_by_link(base: SameBase) -> SameBase:
+    """Let the axes of as many joints as possible meet, then those of the next ones, and so on.
 
-    By the first `count` axes, or by all.
+    Where the axes of a link differ, what is behind it is brought together anew, moved as little as possible.
     """
-    reach, some = _reach(first, second), slice(count)
+    n = base.first.n_joints
+    rotations, translations, turned, apart = (np.zeros((n, *shape)) for shape in ((3, 3), (3,), (), ()))
+    start, before = 0, None
+    while start < n:
+        if before is not None:
+            turned[start], apart[start] = _misses(base, before, start)
+        fits = [
+            _fit(base.first, base.second, base.signs, base.zeros, slice(start, end), before)
+            for end in range(start + 1, n + 1)
+        ]
+        meeting = [end for end, fit in enumerate(fits, start=start + 1) if fit.off <= _MEET]
+        end = max(meeting, default=start + 1)
+        before = fits[end - start - 1]
+        rotations[start:end], translations[start:end] = before.rotations[0], before.translations[0]
+        start = end
+    return replace(base, rotations=rotations, translations=translations, turned=turned, apart=apart)
+
+
+def _misses(base: SameBase, before: SameBase, joint: int) -> tuple[float, float]:
+    """Angle and distance between the axes of a joint, brought together as the link before."""
+    ours, theirs = base.ours, base.theirs
+    rotation, translation = before.rotations[0], before.translations[0]
+    axis = ours.joint_axes[joint, :, 0]
+    other = base.signs[joint] * (rotation @ theirs.joint_axes[joint, :, 0])
+    way = rotation @ theirs.joint_origins[joint, :, 0] + translation - ours.joint_origins[joint, :, 0]
+    normal = np.cross(axis, other)
+    size = float(np.linalg.norm(normal))
+    distance = np.linalg.norm(np.cross(way, axis)) if size < _PARALLEL else abs(way @ normal) / size
+    turned = float(np.arctan2(size, axis @ other))
+    return turned, float(distance) if base.first.is_revolute[joint] else 0.0
+
+
+def _fit(
+    first: RobotArm,
+    second: RobotArm,
+    signs: FloatArray,
+    zeros: FloatArray,
+    some: slice = slice(None),
+    before: SameBase | None = None,
+) -> SameBase:
+    """Fit by least squares, by some joints' axes: first the directions of and between them, then places.
+
+    What these do not tell is as for the link before, or else as gravity is.
+    """
+    reach = _reach(first, second)
     revolute = np.array(first.is_revolute)[some]
     ours = solve_kinematics(first, np.zeros((first.n_joints, 1)))
     theirs = solve_kinematics(second, zeros[:, None])
@@ -194,14 +240,20 @@ def _fit(
     pairs = list(zip(our_axes, their_axes, strict=True))
     ways = (_ways(our_axes, our_points, revolute), _ways(their_axes, their_points, revolute))
     pairs += [(a / reach, b / reach) for a, b in zip(*ways, strict=True)]
-    gravities = [arm.gravity / (np.linalg.norm(arm.gravity) or 1.0) for arm in (first, second)]
-    pairs.append((_GRAVITY_SHARE * gravities[0], gravities[1]))
+    if before is None:
+        gravities = [arm.gravity / (np.linalg.norm(arm.gravity) or 1.0) for arm in (first, second)]
+        pairs.append((_LITTLE * gravities[0], gravities[1]))
+    else:
+        pairs += list(zip(_LITTLE * before.rotations[0].T, np.eye(3), strict=True))
     left, _, right = np.linalg.svd(sum(np.outer(a, b) for a, b in pairs))
     rotation = left @ np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))]) @ right
+    near = np.zeros(3)
+    if before is not None:
+        near = (before.rotations[0] - rotation) @ their_points[0] + before.translations[0]
     across = np.eye(3) - our_axes[:, :, None] * our_axes[:, None, :]
     across = across * revolute[:, None, None]
-    missing = np.einsum("iab,ib->ia", across, our_points - their_points @ rotation.T)
-    translation = np.linalg.lstsq(across.reshape(-1, 3), missing.reshape(-1), rcond=1e-9)[0]
+    missing = np.einsum("iab,ib->ia", across, our_points - their_points @ rotation.T - near)
+    moved = np.linalg.lstsq(across.reshape(-1, 3), missing.reshape(-1), rcond=1e-9)[0]
     turned_axes = their_axes @ rotation.T
     sines = np.linalg.norm(np.cross(our_axes, turned_axes), axis=1)
     return SameBase(
@@ -209,12 +261,12 @@ def _fit(
         second,
         ours,
         theirs,
-        rotation,
-        translation,
+        np.broadcast_to(rotation, (first.n_joints, 3, 3)),
+        np.broadcast_to(near + moved, (first.n_joints, 3)),
         signs,
         zeros,
         turned=np.arctan2(sines, (our_axes * turned_axes).sum(axis=1)),
-        apart=np.linalg.norm(missing - across @ translation, axis=1),
+        apart=np.linalg.norm(missing - across @ moved, axis=1),
     )
 
 

@@ -148,7 +148,8 @@ class Comparison:
         if off.any():
             worst = int(np.argmax(np.maximum(base.turned, base.apart / reach)))
             turned, apart = np.degrees(base.turned[worst]), base.apart[worst]
-            text = f"joint {names[worst]}, at q = 0: {number(turned)}°, {number(1e3 * apart)} mm"
+            text = f"joint {names[worst]}: turned by {number(turned)}°, {number(1e3 * apart)} mm apart"
+            text += f"; less at {off.sum() - 1} more" if off.sum() > 1 else ""
             yield DifferentPart("axes of joints", text, "axes")
         change = float(np.linalg.norm(base.gravity - first.gravity))
         if change > _ROUND_OFF * float(np.linalg.norm(first.gravity)):
@@ -182,8 +183,12 @@ class Comparison:
         return ", ".join(texts)
 
     def steps(self, progress: Progress = NO_PROGRESS) -> list[Step]:
-        """Let the first arm take over the second one's parts, at each step the one that leaves least."""
+        """Let the first arm take over the second one's parts, at each step the one that leaves least.
+
+        Without parts that no torque shows, such as a centre of mass moved along the first axis.
+        """
         taken, waiting, steps = list[DifferentPart](), list(self.parts), list[Step]()
+        before = self.largest
         progress.stage("comparing parts", len(waiting) * (len(waiting) + 1) // 2)
         ours, theirs = self.torques
         alone = {part.name: self._largest(self._taking([part]) - ours) for part in waiting}
@@ -194,7 +199,10 @@ class Comparison:
                 progress.advance()
             best = int(np.argmin([self.shares(differences).max() for differences in left]))
             taken.append(waiting.pop(best))
-            steps.append(Step(taken[-1], alone[taken[-1].name], left[best]))
+            step = Step(taken[-1], alone[taken[-1].name], left[best])
+            if step.alone.any() or (step.left != before).any():
+                steps.append(step)
+            before = step.left
         return steps
 
     def _taking(self, parts: Collection[DifferentPart]) -> FloatArray:
@@ -275,8 +283,8 @@ def compared_result(
             Value("largest_share", shares[worst]),
             Value("largest_at_joint", worst + 1),
             Value("compared_at", comparison.states.in_words),
-            Value("base_rotation", None if base is None else base.rotation),
-            Value("base_translation", None if base is None else base.translation),
+            Value("base_rotation", None if base is None else base.rotations[0]),
+            Value("base_translation", None if base is None else base.translations[0]),
         ),
         parts=(
             _joints_table(comparison, shares, names),
@@ -360,7 +368,7 @@ def _notices(comparison: Comparison, names: tuple[str, str]) -> Iterator[str]:
             "paired by name, and what makes the difference is not told."
         )
         return
-    turn = np.degrees(np.arccos(np.clip((np.trace(comparison.base.rotation) - 1) / 2, -1, 1)))
+    turn = np.degrees(np.arccos(np.clip((np.trace(comparison.base.rotations[0]) - 1) / 2, -1, 1)))
     if turn > 1e-6:
         yield f"The base frame of {names[1]} is turned by {number(turn)}° against that of {names[0]}."
     if any(arm.drives for arm in (first, second)):
