@@ -14,7 +14,8 @@ from chains import generic_chain
 from gd_analyze.arrays import turn_about
 from gd_analyze.dynamics.same_base import SameBase
 from gd_analyze.errors import ArmError
-from gd_analyze.studies.comparison import Comparison, compared_result, states_for_both
+from gd_analyze.studies.comparison import Comparison, states_for_both
+from gd_analyze.studies.comparison_result import compared_result
 from gd_analyze.types import Drive, Joint, Link, Placement, RobotArm, States
 from long_cases import long
 from strategies import arms, examples, random_rotation, random_states

@@ -54,7 +54,8 @@ def compare(
         )
     with output.working() as progress:
         from gd_analyze.motions.states import states_of
-        from gd_analyze.studies.comparison import Comparison, compared_result, states_for_both
+        from gd_analyze.studies.comparison import Comparison, states_for_both
+        from gd_analyze.studies.comparison_result import compared_result
 
         first, second = (given.load() for given in _two(robot, other))
         if trajectory is None:
