@@ -86,7 +86,7 @@ def test_arguments_of_load_arm_say_what_to_give(words, where):
 
 def test_numbers_come_as_any_collection():
     for gravity in ([0, 0, -1.62], (0, 0, -1.62), np.array([0, 0, -1.62]), "0,0,-1.62", iter([0, 0, -1.62])):
-        assert gd.load_arm("two_link", gravity=gravity).gravity.tolist() == [0.0, 0.0, -1.62]
+        assert gd.load_arm("two_link", gravity=gravity).gravity_vector.tolist() == [0.0, 0.0, -1.62]
     single = np.array([0.5, 0.25], dtype=np.float32)
     assert gd.load_arm("two_link", drive_inertia=single).drive_inertia.tolist() == [0.5, 0.25]
 

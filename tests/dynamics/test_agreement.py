@@ -140,7 +140,7 @@ def test_the_regressor_is_pinocchios(case):
     first = np.linalg.norm(arm.joints[0].placement.translation)
     reach = 1.0 + arm.reach + np.abs(states.q).sum(axis=1).max() + first
     velocities, accelerations = (np.abs(x).sum(axis=1).max() for x in (states.qd, states.qdd))
-    size = reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity))
+    size = reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity_vector))
     for found, q, qd, qdd in zip(np.moveaxis(per_unit, -1, 0), *states.arrays, strict=True):
         theirs = pin.computeJointTorqueRegressor(model, data, q, qd, qdd).reshape(n, n, 10)
         assert np.abs(np.einsum("isk,skp->isp", theirs, moved) - found).max() <= 80 * n * EPS * size

@@ -181,7 +181,9 @@ def test_the_pumas_by_name(puma):
 @pytest.mark.parametrize(("gravity", "at_least", "at_most"), [([0.0, 9.81, 0.0], 38, 38), ([0, 0, 0], 1, 35)])
 def test_gravity_decides_what_first_moments_act(puma, gravity, at_least, at_most):
     """Across the first axis it acts on MX1 and MY1; without it nothing but turning tells of them."""
-    base = gd.tables.base_parameters(dataclasses.replace(puma, gravity=np.array(gravity, dtype=float)), False)
+    base = gd.tables.base_parameters(
+        dataclasses.replace(puma, gravity_vector=np.array(gravity, dtype=float)), False
+    )
     assert at_least <= len(base) <= at_most
     assert ({"MX1", "MY1"} < {one.symbol for one in base}) == any(gravity)
     assert_minimal(base)

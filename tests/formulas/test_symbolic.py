@@ -58,7 +58,7 @@ def assert_is_the_decomposition(arm: RobotArm, scope: dict[str, Any], rng: np.ra
         expression = sympy.lambdify([*variables, *symbols], scope[label], "numpy")
         value = np.broadcast_to(expression(*q.T, *numbers), len(q))
         if element[0] == "c":
-            expected, largest = gravity[:, indices[0]], size * np.linalg.norm(arm.gravity)
+            expected, largest = gravity[:, indices[0]], size * np.linalg.norm(arm.gravity_vector)
         else:
             whole = inertia if element[0] == "D" else christoffel
             of_element, largest = whole[(slice(None), slice(None), *indices)], 6 * size

@@ -216,7 +216,7 @@ def test_a_long_motion_repeats_a_shorter_one(two_link):
 
 def test_an_arm_without_gravity_or_limits(two_link):
     joints = tuple(dataclasses.replace(joint, acceleration_limit=None) for joint in two_link.joints)
-    floating = dataclasses.replace(two_link, gravity=np.zeros(3), joints=joints)
+    floating = dataclasses.replace(two_link, gravity_vector=np.zeros(3), joints=joints)
     with pytest.warns(GdAnalyzeWarning, match="acceleration"):
         made = exciting_motion(floating, DURATION)
     # Fewer numbers act then, and those that do are told.

@@ -38,7 +38,7 @@ def test_it_has_the_torques_of_pinocchio(written):
     drive = arm.drives[0]
     assert (drive.inertia, drive.viscous, drive.coulomb, drive.gear_ratio) == (0.1, 0.5, (0.2, -0.2), 1.0)
     assert (arm.joints[0].lower, arm.joints[0].upper, arm.joints[1].lower) == (-1.0, 2.0, None)
-    assert arm.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert arm.gravity_vector.tolist() == [0.0, 0.0, -9.81]
     # Pinocchio itself reads the file to some 1e-12: it stores quaternions of frames rounded.
     assert_same_torque(path, arm, random_states(2, 20, 0), askew=1e-12)
 
@@ -48,7 +48,7 @@ def test_what_pinocchio_passes_over(written):
     before = '<option gravity="0 -9.7 0.5"/><compiler angle="radian"/>'
     after = '<actuator><motor joint="elbow" gear="50" ctrlrange="-0.5 0.4"/></actuator>'
     arm = gd.load_arm(written(mjcf(two('axis="1 0 0" range="-1 1" limited="false"'), before, after)))
-    assert arm.gravity.tolist() == [0.0, -9.7, 0.5]
+    assert arm.gravity_vector.tolist() == [0.0, -9.7, 0.5]
     assert arm.joints[1].lower is None
     assert [drive.torque_limit for drive in arm.drives] == [None, 25.0]
 
@@ -295,7 +295,7 @@ def test_a_model_in_memory(written):
     model.gravity.linear = np.array([0.0, 9.0, 0.0])
     names = [frame.name for frame in model.frames]
     arm = gd.load_arm(model)
-    assert arm.gravity.tolist() == [0.0, 9.0, 0.0]
+    assert arm.gravity_vector.tolist() == [0.0, 9.0, 0.0]
     assert (arm.joints[0].name, arm.links[0].name, arm.joints[0].lower) == ("shoulder", "upper", -1.0)
     assert_same_torque(path, arm, random_states(2, 20, 1), askew=1e-12)
     assert names == [frame.name for frame in model.frames]

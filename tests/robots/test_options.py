@@ -29,7 +29,7 @@ def test_one_chain_is_found_by_itself(read):
     assert (arm.joints[0].source.line, arm.links[1].source.line) == (5, 4)
     assert (arm.joints[0].lower, arm.joints[0].upper, arm.joints[0].velocity_limit) == (-2.0, 1.5, 3.0)
     assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
-    assert arm.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert arm.gravity_vector.tolist() == [0.0, 0.0, -9.81]
 
 
 def mimicking(mass: float | None = 0.2) -> tuple[str, ...]:
@@ -294,7 +294,7 @@ def test_files_that_are_no_limits(robot, tmp_path, name, text, fact):
 
 def test_gravity_and_drive_inertia_in_place_of_the_files(read):
     arm = read(two_joints(), gravity="0,0,-1.62", drive_inertia="0.5,0.25")
-    assert arm.gravity.tolist() == [0.0, 0.0, -1.62]
+    assert arm.gravity_vector.tolist() == [0.0, 0.0, -1.62]
     assert arm.drive_inertia.tolist() == [0.5, 0.25]
     assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
     plain = gd.load_arm("two_link", drive_inertia=[0.1, 0.2])

@@ -161,7 +161,7 @@ def loaded(tmp_path: Path, text: str, **options: str) -> gd.types.RobotArm:
 
 def test_gravity_that_is_switched_off(tmp_path):
     arm = loaded(tmp_path, mjcf(two_bodies(TURNS), '<option><flag gravity="disable"/></option>'))
-    assert not arm.gravity.any()
+    assert not arm.gravity_vector.any()
     assert any("switches gravity off" in text for text in arm.assumptions)
 
 

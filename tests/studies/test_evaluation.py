@@ -121,7 +121,7 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
 
 def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(two_link, rough):
     """`evaluate` has no option for it; a log that agrees needs none."""
-    hanging = replace(two_link, gravity=-two_link.gravity)
+    hanging = replace(two_link, gravity_vector=-two_link.gravity_vector)
     for arm, is_told in ((two_link, False), (hanging, True)):
         evaluation = evaluate(rough, recorded(arm, noise=1e-3))
         assert ("--gravity" in evaluation.log_verdict.text) == is_told

@@ -88,10 +88,10 @@ def errors_that_act(arm: RobotArm) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
     n, count, rng = arm.n_joints, _DRAWN_STATES, np.random.default_rng(0)
     errors, parts = file_errors(arm), []
-    size = float(np.linalg.norm(arm.gravity)) or 1.0
+    size = float(np.linalg.norm(arm.gravity_vector)) or 1.0
     for axis in np.eye(3):  # the arm may be mounted in any way
         q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, count)), *rng.normal(0.0, 2.0, (2, n, count))
-        per_unit = regressor(replace(arm, gravity=size * axis), q, qd, qdd)
+        per_unit = regressor(replace(arm, gravity_vector=size * axis), q, qd, qdd)
         parts.append(np.einsum("ispt,spk->itsk", per_unit, errors, optimize=True).reshape(n, count, -1))
     columns = np.concatenate(parts, axis=1)
     columns /= np.sqrt(np.square(columns).sum(axis=(1, 2), keepdims=True)) + np.finfo(float).tiny
@@ -128,7 +128,7 @@ def file_errors(arm: RobotArm) -> FloatArray:
 
 def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     """The arm under another gravity."""
-    return arm if gravity is None else replace(arm, gravity=gravity)
+    return arm if gravity is None else replace(arm, gravity_vector=gravity)
 
 
 def corrected_columns(samples: Samples, correction: Trial) -> tuple[FloatArray, Array, int]:

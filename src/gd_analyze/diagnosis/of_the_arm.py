@@ -49,7 +49,7 @@ class Gravity(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best of six directions and none; and any other direction if it is clearly better."""
-        file, size = problem.arm.gravity, float(np.linalg.norm(problem.arm.gravity))
+        file, size = problem.arm.gravity_vector, float(np.linalg.norm(problem.arm.gravity_vector))
         if size == 0.0:
             return
         down = file / size

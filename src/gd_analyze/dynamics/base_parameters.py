@@ -84,7 +84,7 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     revolute, prismatic = joint_motions(arm, kinematics)
     out = np.zeros((n, n, len(PARAMETERS), count))
     omega = omega_dot = np.zeros((3, count))
-    acceleration = -arm.gravity[:, None]
+    acceleration = -arm.gravity_vector[:, None]
     frame_below = np.zeros((3, 1))
     for s in range(n):
         # [FGL87] Table 3.2, but for the frames' origins in place of the centres of mass.

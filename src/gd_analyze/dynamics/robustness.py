@@ -124,7 +124,7 @@ def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
     Joint i's torque is D_ij if only joint j accelerates, and h_i if none does.
     """
     n, count = q.shape
-    weightless = replace(arm, gravity=np.zeros(3))
+    weightless = replace(arm, gravity_vector=np.zeros(3))
     velocities = np.concatenate([np.zeros((n, n * count)), qd], axis=1)
     accelerations = np.concatenate([np.repeat(np.eye(n), count, axis=1), np.zeros((n, count))], axis=1)
     torques = regressor(weightless, np.tile(q, n + 1), velocities, accelerations)

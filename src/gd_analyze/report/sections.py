@@ -220,7 +220,7 @@ def equations_appendix(findings: Findings) -> Section:
 def data_appendix(findings: Findings) -> Section:
     """The arm, its sources, and the origin of the results."""
     arm = findings.arm
-    gravity = f"Gravity ({', '.join(map(given, arm.gravity))}) m/s² in the base frame."
+    gravity = f"Gravity ({', '.join(map(given, arm.gravity_vector))}) m/s² in the base frame."
     stated = [
         *arm.sources,
         *(f"Assumed: {line}" for line in arm.assumptions),

@@ -39,7 +39,7 @@ class RobotArm:
         Short identifier and display name.
     joints, links
         n of each; link i moves with joint i.
-    gravity
+    gravity_vector
         g in the base frame, m/s^2; a level arm has `USUAL_GRAVITY`.
     drives
         One per joint, or empty.
@@ -68,7 +68,7 @@ class RobotArm:
     name: str
     joints: tuple[Joint, ...]
     links: tuple[Link, ...]
-    gravity: FloatArray = field(default_factory=lambda: np.array(USUAL_GRAVITY))
+    gravity_vector: FloatArray = field(default_factory=lambda: np.array(USUAL_GRAVITY))
     title: str = ""
     drives: tuple[Drive, ...] = ()
     dh_table: tuple[DHRow, ...] = ()
@@ -95,7 +95,9 @@ class RobotArm:
                 raise ArmError(
                     message, where=where, expected="text without control characters", found=value_text
                 )
-        object.__setattr__(self, "gravity", checked(self.gravity, (3,), f"gravity of {where}", where))
+        object.__setattr__(
+            self, "gravity_vector", checked(self.gravity_vector, (3,), f"gravity of {where}", where)
+        )
         if not self.joints:
             raise ArmError(f"{where} has no joints", expected="at least one joint")
         n = len(self.joints)
@@ -128,7 +130,7 @@ class RobotArm:
             headings.append("drive at the joint")
             for row, drive, revolute in zip(rows, self.drives, self.is_revolute, strict=True):
                 row.append(pretty(amount(drive.inertia, "kg m^2" if revolute else "kg")))
-        g = ", ".join(f"{x:g}" for x in self.gravity)
+        g = ", ".join(f"{x:g}" for x in self.gravity_vector)
         return html_of(self.title or self.name, headings, rows, f"{self!r}; gravity ({g}) m/s^2")
 
     @property

@@ -135,7 +135,7 @@ def _supplemented(
     """The arm with its gravity and drive inertia replaced."""
     if gravity is not None:
         hint = "give its direction, too: 0,0,-9.81"
-        arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2", hint)))
+        arm = replace(arm, gravity_vector=np.array(_numbers(gravity, 3, "--gravity", "m/s^2", hint)))
     if isinstance(drive_inertia, str) and drive_inertia.endswith(".toml"):
         arm = replace(arm, drives=read_drives(drive_inertia))
     elif drive_inertia is not None:

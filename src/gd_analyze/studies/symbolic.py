@@ -134,7 +134,7 @@ def _symbolic_arm(s: dict[str, Any]) -> Any:
         mass=np.array([s["m1"], s["m2"]], dtype=object),
         com=np.array([com, com]),
         inertia_com=np.array(across),
-        gravity=np.array([0.0, -s["g"], 0.0], dtype=object),
+        gravity_vector=np.array([0.0, -s["g"], 0.0], dtype=object),
         links=(SimpleNamespace(com=com, frame=frame),) * 2,
         joints=(Joint("1"), Joint("2")),
         is_revolute=(True, True),
