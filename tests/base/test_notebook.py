@@ -56,7 +56,7 @@ def test_what_is_no_arm_no_motion_and_no_option():
             "given twice",
             lambda: gd.analyze(ROBOT, MOTION, None, gd.types.Settings(), budget="1%"),
         ),
-        (UsageError, "this is not a budget", lambda: gd.types.Settings(budget=0.01)),
+        (UsageError, "this is not a budget", lambda: gd.types.Settings(budget=1.5)),
     ):
         with pytest.raises(error, match=told):
             call()

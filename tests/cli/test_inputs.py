@@ -396,7 +396,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
 
 def test_base_parameters(run, here):
     result, told = run("equations puma560 --parameters"), run("equations puma560 --parameters --json").json
-    base = gd.tables.base_parameters("puma560")
+    base = gd.base_parameters("puma560")
     assert f"{len(base)} (of {len(base.original)} parameters)" in result.words
     row, combination = (line for line in result.out.splitlines() if line.startswith("MX2"))
     assert row.split() == ["MX2", "3.8", "3.8", "0", "0", "kg", "m"]

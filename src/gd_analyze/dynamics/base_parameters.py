@@ -73,7 +73,7 @@ def point_masses(parameters: FloatArray) -> FloatArray:
     return out
 
 
-def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
+def link_regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     """Torque of every joint per unit of every parameter; its product with `parameters_of` is the torque.
 
     N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero for
@@ -263,7 +263,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> base = gd.tables.base_parameters("two_link")
+    >>> base = gd.base_parameters("two_link")
     >>> base
     BaseParameters('two_link', 6 of 20)
     >>> base["PXX2"].combination

@@ -11,13 +11,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
+from gd_analyze.guesses import OF_ARM, guessing
 from gd_analyze.robots.frames import CONVENTIONS
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
 from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
@@ -115,6 +116,9 @@ class RobotArm:
                 raise ArmError(
                     message, where=link.place, expected=expected, next_step="state the full inertia"
                 )
+
+    if not TYPE_CHECKING:  # checkers are to refuse unknown names
+        __getattr__ = guessing(OF_ARM)
 
     def __repr__(self) -> str:
         return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
