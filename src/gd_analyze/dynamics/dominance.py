@@ -149,7 +149,7 @@ def rank(
         largest torque of the element, drive included, over the budget of the joint, `part_consequence` that
         of each part. `dominant` is "translation", "rotation", "both", or "zero" for links' parts that are
         zero. `verdict` is "zero", "negligible", "drive" if the links' parts are negligible but the element
-        is not, or else `dominant`.
+        is not, "gravity" of elements of c, or else `dominant`.
 
     Raises
     ------
@@ -277,6 +277,7 @@ def _measures(
     shares = ratio(torques, limits.peak_torque)
     joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
     dominant = effect_words(representing(part_peak.T, least))
+    is_gravity = np.array([element.quantity == "gravity_loading" for element in all_elements])
     is_small, are_links_small = (np.asarray((x <= limits.floor).all(axis=1)) for x in (whole, torques))
     return {
         "peak": peak,
@@ -294,7 +295,7 @@ def _measures(
         "consequence": ratio(whole, limits.allowed).max(axis=1),
         "part_consequence": ratio(of_parts, limits.allowed).max(axis=2),
         "dominant": dominant,
-        "verdict": verdict_words(dominant, ~exists & ~has_drive, is_small, are_links_small),
+        "verdict": verdict_words(dominant, ~exists & ~has_drive, is_small, are_links_small, is_gravity),
     }
 
 
