@@ -17,9 +17,9 @@ from gd_analyze.tables import robustness, states_in_box
 @pytest.mark.parametrize(
     "verb",
     [
-        "rank two_link {}", "two_link {}", "columns two_link {}", "diagnose two_link {}",
+        "rank-terms two_link {}", "two_link {}", "columns two_link {}", "diagnose two_link {}",
         "identify two_link {}", "arms {}", "plan {} --from 0,0 --to 1,1 --duration 1", "equations {}",
-        "rank {} two-link-swing",
+        "rank-terms {} two-link-swing",
         "evaluate {} two-link-swing", "certify {}", "export {} --to c",
         "arms two_link --limits {}", "arms two_link --drive-inertia {}", "report {}", "batch {}",
     ],

@@ -15,7 +15,7 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import NameList, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
-from gd_analyze.exporting.names import LANGUAGES, SPELLINGS
+from gd_analyze.exporting.names import LANGUAGES
 
 if TYPE_CHECKING:
     from gd_analyze.exporting.export_input import ExportInput
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option(
     "--to",
     "languages",
-    type=NameList(LANGUAGES, "language", SPELLINGS),
+    type=NameList(LANGUAGES, "language"),
     required=True,
     metavar="LIST",
     help=f"Languages, comma-separated: {', '.join(LANGUAGES)}.",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -64,15 +64,14 @@ class NameList(click.ParamType[tuple[str, ...]]):
 
     name = "list"
 
-    def __init__(self, names: tuple[str, ...], kind: str, spellings: Mapping[str, str] | None = None) -> None:
-        self.names, self._kind, self._spellings = names, kind, spellings or {}
+    def __init__(self, names: tuple[str, ...], kind: str) -> None:
+        self.names, self._kind = names, kind
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[str, ...]:
         """Split and check; every name counts once."""
-        entries = [entry.strip().lower() for entry in str(value).split(",")]
-        chosen = [self._spellings.get(entry, entry) for entry in entries]
+        chosen = [entry.strip().lower() for entry in str(value).split(",")]
         for entry in chosen:
             if entry not in self.names:
                 self.fail(f"there is no {self._kind} {entry!r}, only {', '.join(self.names)}", param, ctx)

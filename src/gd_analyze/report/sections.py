@@ -184,7 +184,7 @@ def terms_appendix(findings: Findings) -> Section:
     """The ranking of terms."""
     table, title = findings.tables["terms"], "Single terms ranked by torque"
     if not table.attrs["written_out"]:
-        rank = f"`gd-analyze rank {findings.arm.name}`"
+        rank = f"`gd-analyze rank-terms {findings.arm.name}`"
         return Section(
             "terms", title, (), f"Too many terms to rank here; {rank} ranks those that matter most."
         )

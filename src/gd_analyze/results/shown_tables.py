@@ -39,7 +39,7 @@ _ELEMENTS_ON_PAGE = [
     "part_peak_translation", "part_peak_rotation", "change_without_translation", "change_without_rotation",
     "verdict", "probability", "text_verdict",
 ]  # fmt: skip
-TERMS_IN_TERMINAL = [  # of `gd-analyze rank`; the main job's terminal has no room
+TERMS_IN_TERMINAL = [  # of `gd-analyze rank-terms`; the main job's terminal has no room
     "rank", "label", "text", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint",
 ]  # fmt: skip
 _TERMS_ON_PAGE = [
