@@ -11,6 +11,7 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from gd_analyze.arrays import members
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.progress import Progress
 from gd_analyze.text import in_python
@@ -67,7 +68,7 @@ def require_word(value: object, words: Iterable[str], where: str) -> None:
 
 def several(words: str | Iterable[Member]) -> tuple[str | Member, ...]:
     """Take one word for a collection of it."""
-    return (words,) if isinstance(words, str) else tuple(words)
+    return (words,) if isinstance(words, str) else tuple(members(words))
 
 
 def words_of(values: str | Iterable[str], words: Collection[str], where: str) -> tuple[str, ...]:

@@ -68,7 +68,7 @@ def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
     with pytest.raises(ArmError, match=r"singular.* joint 3 \(idle\)") as caught:
         require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
     assert caught.value.details["where"].endswith("link nothing")
-    assert "--lock idle=0" in caught.value.details["next"]
+    assert "`lock='idle=0'`" in caught.value.details["next"]
 
 
 def test_sliding_far_is_not_singular(two_link):

@@ -12,7 +12,7 @@ import pinocchio as pin
 import pytest
 
 import gd_analyze as gd
-from gd_analyze.errors import ArmError, GdAnalyzeWarning
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, in_options
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import States
 from robot_files import INERTIAL, assert_same_torque, mjcf
@@ -185,9 +185,9 @@ MIMIC = '<equality><joint joint1="pinch" joint2="elbow" polycoef="0.1 2 0 0 0"/>
         (mjcf(two(), '<include file="a.xml"/>'), 2, "mj_saveLastXML"),
         (mjcf('<body><frame pos="0 0 0"/></body>'), 4, "<frame>"),
         ("<mujoco><option/></mujoco>", 1, "no bodies"),
-        (mjcf(two("", FINGER), after=LOOP), 9, "--lock elbow=0 --lock pinch=0 holds them"),
+        (mjcf(two("", FINGER), after=LOOP), 9, "`lock=['elbow=0', 'pinch=0']` holds them"),
         (mjcf(two("", FINGER), after=MIMIC), 7, "pinch mimics joint elbow"),
-        (mjcf(f"<body name='trunk'><freejoint/>{INERTIAL}</body>"), 4, "--base trunk fixes"),
+        (mjcf(f"<body name='trunk'><freejoint/>{INERTIAL}</body>"), 4, "`base='trunk'` fixes"),
         (mjcf(f"<body name='b'><joint name='hip' type='ball'/>{INERTIAL}</body>"), 4, "hip is spherical"),
         (mjcf(two().replace('mass="2"', 'mass="-2"')), 4, "mass of <inertial>"),
         (mjcf(two().replace('quat="0.9 0.1 0.2 0.3"', 'quat="0 0 0 0"')), 6, "quat of lower is 0"),
@@ -277,7 +277,7 @@ def test_whatever_ties_joints_beside_the_tree_is_refused_unless_they_are_held(
     with pytest.raises(ArmError) as caught:
         gd.load_arm(path)
     assert "line 9, " in caught.value.details["where"]
-    assert set(re.findall(r"--lock (\w+)=0", caught.value.details["next"])) == held
+    assert set(re.findall(r"--lock (\w+)=0", in_options(caught.value.details["next"]))) == held
     free = {"shoulder", "elbow", "pinch"} - held
     if free:
         gd.load_arm(path, lock=[f"{name}=0" for name in held])

@@ -76,7 +76,7 @@ def symbolic_result(robot: str) -> Result:
     """D, h and c of the two-link arm by every formulation, compared with [FGL87]."""
     if robot != "two_link":
         message = "only [FGL87]'s two-link arm has closed forms here"
-        raise UsageError(message, where="--symbolic", expected="two_link", found=robot)
+        raise UsageError(message, where="symbolic", expected="two_link", found=robot)
     text = text_closed_forms()
     forms = {name: two_link_closed_forms(name) for name in METHODS}
     methods = {name: form.entries() | {"is_the_text's": same(form, text)} for name, form in forms.items()}
