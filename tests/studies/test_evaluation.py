@@ -135,7 +135,7 @@ def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(
         ("1%,1%,1%", "wrong number of entries", "fail_over"),
         ("1% norm", "not to the norm of all", "fail_over"),
         ("10% friction", "the arm states none", "fail_over, joint 1, shoulder, of two_link"),
-        (0.01, "this is not a budget", "budget"),
+        (1.5, "this is not a budget", "fail_over"),
     ],
 )
 def test_what_is_no_verdict(rough, fail_over, says, where):
