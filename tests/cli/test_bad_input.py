@@ -180,7 +180,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "two_link x.csv --margin 2%": ("--margin, entry 1", "found: '2%'"),
     "certify m.json --along x.csv --margin qd=1%,qd=2%": ("--margin, entry 2",),
     "simplify two_link --level atom": ("--level",),
-    "rank two_link x.csv --level element": ("--level",),
+    "rank-terms two_link x.csv --level element": ("--level",),
     "simplify two_link --seconds 0": ("--seconds",),
     "columns two_link x.csv --map time=0Hz": ("no motion is sampled so", "0 Hz"),
     "columns two_link x.csv --map time=0.008Hz": ("give 125Hz",),
@@ -190,7 +190,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "columns two_link x.csv --map q=:mm": ("no joint of two_link has q in mm", "rad, mrad, deg"),
     "columns two_link x.csv --map q:1=:deg": ("no column is named", "q=:deg for all joints"),
     "columns two_link x.csv --map joints=a,b": ("no column names one of these joints", "joints=a,b"),
-    "rank two_link x.csv --rate 250": ("no such option '--rate'", "next: --map time=250Hz"),
+    "rank-terms two_link x.csv --rate 250": ("no such option '--rate'", "next: --map time=250Hz"),
     "columns two_link x.csv --largest-gap 500": ("500s",),
     "columns two_link x.csv --cutoff 5ms": ("'--cutoff'",),
     "plan two_link --from 0,0 --to 1,1 --duration 2000": ("2000s",),
@@ -304,7 +304,7 @@ CASES = [
     *(("evaluate model.json", {"model.json": text}, ("model.json", *says)) for text, says in MODELS),
     *(
         (f"{verb} own.toml x.csv".strip(), {"own.toml": text, "x.csv": MOTION}, ("own.toml, line 11", says))
-        for verb in ("", "simplify", "rank", "formulations")
+        for verb in ("", "simplify", "rank-terms", "formulations")
         for text, says in ((MASSLESS, "joint 2"), (INDEFINITE, "link 2"))
     ),
     *((words, FILES, says) for words, says in WORDS.items()),
@@ -386,7 +386,7 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
 @pytest.mark.slow
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     gd.save_arm(arm_of(["askew"] * 7, rng), here / "own.toml")
-    result = run("rank own.toml --states 9 --limits all=1")
+    result = run("rank-terms own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "60000" in result.err
     assert "`gd-analyze export ROBOT --to c`" in result.err

@@ -119,7 +119,7 @@ def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
 
 
 def test_the_ranking(run, here):
-    words = "rank puma560 pick-and-place"
+    words = "rank-terms puma560 pick-and-place"
     shown, told = run(f"{words} --top 8").out, run(f"{words} --json").json
     assert [term["term"] for term in told["terms"] if term["term"] in shown][:8] == of(
         told["terms"][:8], "term"
@@ -127,7 +127,7 @@ def test_the_ranking(run, here):
     assert told["terms"][8]["term"] not in shown
     assert 0 < told["needed_for_0.01"] < told["needed_for_0.001"]
     assert len(told["torque_uncertainty"]) == 6
-    told = run("rank two_link two-link-swing --level energy --json").json
+    told = run("rank-terms two_link two-link-swing --level energy --json").json
     assert set(of(told["terms"], "label")) == {"D'11", "D'12", "D'22", "U"}
     assert (told["torque_uncertainty"], told["states"]["trajectory"]) == (None, "two-link-swing")
 

@@ -203,7 +203,9 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number, delay
     command = [sys.executable, "-c", ready + PROGRAM]
     for delay in delays:
         work = subprocess.Popen(
-            [*command, "rank", "two_link", "two-link-swing"], stderr=subprocess.PIPE, stdout=subprocess.PIPE
+            [*command, "rank-terms", "two_link", "two-link-swing"],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.PIPE,
         )
         assert work.stdout.readline() == b"ready\n"
         time.sleep(delay)
@@ -226,7 +228,7 @@ def stopped(*_):
         {wrapped}
 from gd_analyze.cli.given import GivenRobot
 GivenRobot.load = stopped"""
-    done = process("rank two_link two-link-swing", before=begin)
+    done = process("rank-terms two_link two-link-swing", before=begin)
     assert (done.code, done.out) == (code, "")
     assert "bug" not in done.err
 
@@ -295,7 +297,7 @@ def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion
     assert told[:2] == ([] if quiet else ["reading", "decomposing"])
     assert told[-1:] == ([] if quiet else ["writing json"])
     assert "\x1b" not in done.err
-    assert process("rank two_link gentle.csv").err == ""
+    assert process("rank-terms two_link gentle.csv").err == ""
 
 
 @POSIX

@@ -52,7 +52,7 @@ JOBS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
         "simplify a.toml --states 20 --at-set-points",
         lambda arm, _: gd.simplify(arm, gd.tables.states_in_box(arm, 20)),
     ),
-    "rank": ("rank a.toml m.csv", lambda arm, motion: rank_terms(exact(arm, motion))),
+    "rank-terms": ("rank-terms a.toml m.csv", lambda arm, motion: rank_terms(exact(arm, motion))),
     "trade-off": (
         "trade-off a.toml m.csv --quick",
         lambda arm, motion: gd.trade_off(exact(arm, motion), thorough=False),

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
+from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.errors import ArmError
 from gd_analyze.formulas.base_symbols import BaseSymbols, base_symbols
 from gd_analyze.formulas.languages import Plain
 from gd_analyze.robots.arm_numbers import with_numbers
-from gd_analyze.tables import base_parameters
 from parallel_axes import arm_of
 from robot_files import joint, link, urdf
 

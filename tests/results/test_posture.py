@@ -44,7 +44,7 @@ def test_the_numbers_are_those_of_the_dynamics(arm, seed):
 
 def test_the_two_link_arm_by_hand(two_link):
     """[FGL87] section 3.2.6, with q2 a right angle."""
-    (m1, m2), g = two_link.mass, -two_link.gravity[1]
+    (m1, m2), g = two_link.mass, -two_link.gravity_vector[1]
     found = rows(two_link, [0.0, np.pi / 2])
     assert found["D11"]["value"] == pytest.approx(m1 / 3 + 4 * m2 / 3)
     assert found["D11"]["rotation"] == pytest.approx((m1 + m2) / 12)

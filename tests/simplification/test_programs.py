@@ -307,7 +307,7 @@ def test_the_same_program_in_every_process():
 
 
 def weightless(arm: RobotArm) -> RobotArm:
-    return dataclasses.replace(arm, gravity=np.zeros(3))
+    return dataclasses.replace(arm, gravity_vector=np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -343,7 +343,7 @@ def test_d_and_h_do_not_depend_on_gravity_nor_h_and_c_on_drives(name):
     for drives in sorted({False, bool(arm.drives)}):
         level = ExactForm(arm, drives).functions
         for gravity in ((0.0, 0.0, 9.8062), (9.8062, 0.0, 0.0), (3.0, 1.0, -9.0)):
-            turned = ExactForm(dataclasses.replace(arm, gravity=np.array(gravity)), drives).functions
+            turned = ExactForm(dataclasses.replace(arm, gravity_vector=np.array(gravity)), drives).functions
             assert turned.inertia.count.total <= level.inertia.count.total
             assert turned.coriolis_centrifugal.count.total <= level.coriolis_centrifugal.count.total
         links = ExactForm(arm).functions

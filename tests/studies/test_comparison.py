@@ -52,7 +52,7 @@ def otherwise_framed(
         arm,
         joints=tuple(joints),
         links=tuple(links),
-        gravity=base @ arm.gravity,
+        gravity_vector=base @ arm.gravity_vector,
         dh_table=(),
         convention="placement",
     )
@@ -126,13 +126,13 @@ def test_senses_and_zeros_of_joints(seed):
 def test_each_part_alone_and_what_is_left(two_link):
     arm = replace(two_link, dh_table=(), convention="placement")
     heavy = changed(arm, 1, mass=2.0 * arm.links[1].mass)
-    moon = replace(heavy, gravity=arm.gravity / 6)
+    moon = replace(heavy, gravity_vector=arm.gravity_vector / 6)
     comparison = compared(arm, moon, 200)
     first, last = comparison.steps()
     states = comparison.states
     for step, alone in zip(
         sorted((first, last), key=lambda step: step.part.kind),
-        (replace(arm, gravity=moon.gravity), heavy),
+        (replace(arm, gravity_vector=moon.gravity_vector), heavy),
         strict=True,
     ):
         dynamics = gd.types.ArmDynamics(alone).torque(*states.arrays) - comparison.torques[0]
@@ -230,7 +230,7 @@ def test_friction_is_told_beside(two_link):
 
 def test_one_joint_alone(two_link):
     rod = Link("rod", 1.0, np.array([0.5, 0.0, 0.0]), np.diag([0.0, 0.1, 0.1]))
-    arm = RobotArm("one", (Joint("a"),), (rod,), gravity=np.array([0.0, -9.81, 0.0]))
+    arm = RobotArm("one", (Joint("a"),), (rod,), gravity_vector=np.array([0.0, -9.81, 0.0]))
     comparison = compared(arm, otherwise_framed(arm, 3))
     assert comparison.shares(comparison.largest).max() < 1e-9
     assert SameBase.of(arm, arm).signs.tolist() == [1.0]

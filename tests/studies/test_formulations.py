@@ -95,7 +95,7 @@ def test_the_text_is_the_built_in_arm(two_link):
     q, qd = np.array([[0.3], [-0.8]]), np.array([[1.2], [0.7]])
     numeric = METHODS["composite_moments"].dynamics(arm, q, qd)
     values = dict(zip(("theta1", "theta2", "thetad1", "thetad2"), (*q[:, 0], *qd[:, 0]), strict=True))
-    values |= {"m1": arm.mass[0], "m2": arm.mass[1], "l": arm.dh_table[0].a, "g": -arm.gravity[1]}
+    values |= {"m1": arm.mass[0], "m2": arm.mass[1], "l": arm.dh_table[0].a, "g": -arm.gravity_vector[1]}
     text = text_closed_forms()
     assert same(text, text)
     assert not same(text._replace(gravity_loading=2 * text.gravity_loading), text)

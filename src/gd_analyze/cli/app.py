@@ -24,7 +24,7 @@ from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
 from gd_analyze.cli.other_words import in_place_of_verb
-from gd_analyze.cli.simplify import rank, simplify, trade_off
+from gd_analyze.cli.simplify import rank_terms, simplify, trade_off
 from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
@@ -178,7 +178,7 @@ VERBS = (
     plan,
     figures,
     simplify,
-    rank,
+    rank_terms,
     trade_off,
     batch,
     evaluate,

@@ -94,8 +94,8 @@ class SameBase:
     @property
     def differing(self) -> int:
         """In how many links the arms differ, and in gravity."""
-        change = float(np.linalg.norm(self.gravity - self.first.gravity))
-        is_other_gravity = change > _ALIKE * float(np.linalg.norm(self.first.gravity))
+        change = float(np.linalg.norm(self.gravity - self.first.gravity_vector))
+        is_other_gravity = change > _ALIKE * float(np.linalg.norm(self.first.gravity_vector))
         return sum(map(self._is_apart, range(self.first.n_joints))) + is_other_gravity
 
     def _is_apart(self, index: int) -> bool:
@@ -121,7 +121,7 @@ class SameBase:
     @property
     def gravity(self) -> FloatArray:
         """Gravity of the second arm in the first one's base frame, m/s^2."""
-        turned: FloatArray = self.rotations[0] @ self.second.gravity
+        turned: FloatArray = self.rotations[0] @ self.second.gravity_vector
         return turned
 
     def link(self, index: int) -> Link:
@@ -241,7 +241,9 @@ def _fit(
     ways = (_ways(our_axes, our_points, revolute), _ways(their_axes, their_points, revolute))
     pairs += [(a / reach, b / reach) for a, b in zip(*ways, strict=True)]
     if before is None:
-        gravities = [arm.gravity / (np.linalg.norm(arm.gravity) or 1.0) for arm in (first, second)]
+        gravities = [
+            arm.gravity_vector / (np.linalg.norm(arm.gravity_vector) or 1.0) for arm in (first, second)
+        ]
         pairs.append((_LITTLE * gravities[0], gravities[1]))
     else:
         pairs += list(zip(_LITTLE * before.rotations[0].T, np.eye(3), strict=True))

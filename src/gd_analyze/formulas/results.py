@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
 from gd_analyze.formulas.base_symbols import BaseSymbols, parted_name
@@ -21,12 +20,10 @@ from gd_analyze.formulas.scripts import (
     variable_names,
 )
 from gd_analyze.formulas.writing import base_formula, element_formula, factor_legend, powers
-from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
+from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
 from gd_analyze.result import Column, Fact, Part, Result, Shown, Table, Value
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_with_masses
 
 
 class WrittenElements(tuple[Equation, ...]):
@@ -43,46 +40,6 @@ class WrittenElements(tuple[Equation, ...]):
     @property
     def _written(self) -> Written:
         return Written(tuple(map(element_formula, self)))
-
-
-def equations(
-    dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
-) -> WrittenElements:
-    """Find the exact equations of elements of D, of the Christoffel symbols h_ijk and of c.
-
-    Parameters
-    ----------
-    dynamics
-        An arm, the name of a built-in one, the path of its file, or its exact dynamics.
-    elements
-        Labels: "D12", "h112", "c2"; "h1" for all nonzero h_1jk (j <= k); "D", "h", "c" for all nonzero
-        elements of a kind. By default all. Commas separate indices of two digits: "D1,10".
-    min_share
-        Leave out terms below this share of the element's largest term.
-
-    Returns
-    -------
-    WrittenElements
-        A tuple of `Equation` in the given order, in kg, m, s and rad, which prints as text and, in a
-        notebook, as mathematics; a zero element named by all its indices has no terms.
-
-    Raises
-    ------
-    UsageError
-        If a label does not name an element of the arm.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> print(gd.equations("two_link", ["D12", "h1", "c1"]))
-    D12 = 0.5 C2 + 0.333
-    h112 = -0.5 S2
-    h122 = -0.5 S2
-    c1 = 19.6 C1 + 4.9 C12
-    """
-    if not isinstance(dynamics, Harmonics):
-        dynamics = harmonics_for(arm_with_masses(dynamics), elements)
-    return WrittenElements(each_equation(dynamics, elements, min_share=min_share))
 
 
 def equation_text(equation: Equation, form: str, digits: int, width: int) -> str:

@@ -14,7 +14,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
-from gd_analyze.arguments import require_words, strict
+from gd_analyze.arguments import strict, words_of
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import (
     GdAnalyzeError,
@@ -94,8 +94,8 @@ def batch(
     table: str | Path | Sequence[BatchRow],
     out: str | Path,
     *,
-    formats: Collection[str] = ("json",),
-    to: Collection[str] = ("csv",),
+    formats: str | Collection[str] = ("json",),
+    to: str | Collection[str] = ("csv",),
     jobs: int = 1,
     scheduler: str | None = None,
     progress: Progress = NO_PROGRESS,
@@ -146,8 +146,8 @@ def batch(
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
         rows, base_folder = checked_rows(table, "rows"), Path()
-    require_words(formats, RESULT_FILES, "formats")
-    require_words(to, (*TABLES, *DRAWINGS), "to")
+    formats = words_of(formats, RESULT_FILES, "formats")
+    to = words_of(to, (*TABLES, *DRAWINGS), "to")
     require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"

@@ -64,7 +64,7 @@ class Comparison:
                 found=[
                     f"{arm.name}: {arm.n_joints} ({', '.join(arm.joint_names)})" for arm in (first, second)
                 ],
-                next_step="hold joints with --lock, or end both arms at the same link with --tip",
+                next_step="hold joints with `lock`, or end both arms at the same link with `tip`",
             )
         names = first.joint_names
         is_named_alike = sorted(names) == sorted(second.joint_names) and len({*names}) == len(names)
@@ -139,9 +139,9 @@ class Comparison:
             text = f"joint {names[worst]}: turned by {number(turned)}°, {number(1e3 * apart)} mm apart"
             text += f"; less at {off.sum() - 1} more" if off.sum() > 1 else ""
             yield DifferentPart("axes of joints", text, "axes")
-        change = float(np.linalg.norm(base.gravity - first.gravity))
-        if change > NUMBERS_ALIKE * float(np.linalg.norm(first.gravity)):
-            vectors = [", ".join(number(x) for x in g) for g in (first.gravity, base.gravity)]
+        change = float(np.linalg.norm(base.gravity - first.gravity_vector))
+        if change > NUMBERS_ALIKE * float(np.linalg.norm(first.gravity_vector)):
+            vectors = [", ".join(number(x) for x in g) for g in (first.gravity_vector, base.gravity)]
             yield DifferentPart("gravity", f"({vectors[0]}) and ({vectors[1]}) m/s^2", "gravity")
         ours, theirs = (_drive_inertia(arm) for arm in (first, second))
         if np.abs(ours - theirs).max() > NUMBERS_ALIKE * max(np.abs(ours).max(), np.abs(theirs).max()):
@@ -204,7 +204,7 @@ class Comparison:
         arm = replace(
             arm,
             links=tuple(other.link(i) if is_foreign[i] else link for i, link in enumerate(arm.links)),
-            gravity=other.gravity if ("gravity" in kinds) != has_second_axes else arm.gravity,
+            gravity_vector=other.gravity if ("gravity" in kinds) != has_second_axes else arm.gravity_vector,
             drives=tuple(Drive(inertia=float(value)) for value in inertia),
             spread=None,
         )
