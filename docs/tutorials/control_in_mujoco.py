@@ -50,7 +50,7 @@ for joint, link, drive, row in zip(arm.joints, arm.links, arm.drives, arm.dh_tab
 MJCF = f"""
 <mujoco>
   <compiler angle="radian" balanceinertia="true"/>
-  <option timestep="0.001" integrator="RK4" gravity="{numbers(*arm.gravity)}"/>
+  <option timestep="0.001" integrator="RK4" gravity="{numbers(*arm.gravity_vector)}"/>
   <worldbody>{bodies}{"</body>" * arm.n}</worldbody>
 </mujoco>"""
 

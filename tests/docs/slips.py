@@ -213,7 +213,7 @@ def loaded(made: Recording) -> None:
 
 def hanging(made: Recording) -> None:
     time, q, qd, _ = motion()
-    turned = replace(arm(), gravity=-arm().gravity)
+    turned = replace(arm(), gravity_vector=-arm().gravity_vector)
     made.torque = torque_of(turned, States(q, qd, np.gradient(qd, time, axis=0)), drives=True)
 
 

@@ -245,7 +245,7 @@ def test_a_given_cutoff_is_taken():
     for cutoff, shown in ((40.0, "40.0 Hz"), ((1.0, 2.0, 3.0), "3")):
         with pytest.raises(TrajectoryError) as error:
             made(log, cutoff=cutoff)
-        assert (error.value.details["where"], error.value.details["found"]) == ("--cutoff", shown)
+        assert (error.value.details["where"], error.value.details["found"]) == ("cutoff", shown)
 
 
 def test_nothing_is_smoothed_across_a_gap():

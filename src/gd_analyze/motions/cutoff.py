@@ -305,7 +305,7 @@ def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Samp
     cutoffs = np.full(n, cutoff) if isinstance(cutoff, float | int) else np.array(cutoff, dtype=float)
     if cutoffs.shape != (n,):
         expected = f"one for all joints, or {n}"
-        raise refusal("wrong number of cut-offs", "--cutoff", expected, str(cutoffs.size))
+        raise refusal("wrong number of cut-offs", "cutoff", expected, str(cutoffs.size))
     most = _HIGHEST_GIVEN_RATE_SHARE / sampling.step
     if cutoffs.max() > most:
         message = "the cut-off is too high for the sample rate"
@@ -313,5 +313,5 @@ def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Samp
         expected = (
             f"up to {significant(most)} Hz, a quarter of {significant(1 / sampling.step)} readings per second"
         )
-        raise refusal(message, "--cutoff", expected, highest, "give a lower one, or none to have it chosen")
+        raise refusal(message, "cutoff", expected, highest, "give a lower one, or none to have it chosen")
     return cutoffs

@@ -213,7 +213,9 @@ def require_few_terms(exact: ExactDynamics, level: Level) -> None:
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where = f"level {level.name}"
     expected = f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms"
-    next_step = "take fewer joints (--lock JOINT=0), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    next_step = (
+        "take fewer joints (`lock='JOINT=0'`), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    )
     next_step += "`gd-analyze equations ROBOT --element D12 --min-share 1%` prints an element's largest terms"
     raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
 

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 def simplify(
     arm: RobotArm | str | Path,
     states: States | GivenMotions | xr.Dataset | None = None,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     *,
     level: str | Level = TERM,
     drives: bool | None = None,
@@ -74,8 +74,8 @@ def simplify(
         worst velocities and accelerations of each, and at those reached by an ascent from the worst. At given
         states only: those of a decomposition, or any others, see `states_in_box`.
     budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
-        default 1 % of each joint's peak torque over the states.
+        Allowed torque error per joint: a text such as "1% or 10% friction", see `Budget.parse`, or a number,
+        0.01 for 1 % of each joint's peak torque over the states, which is the default.
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
@@ -204,7 +204,7 @@ def search_beside_log(
 def search_model(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | str | None,
+    budget: Budget | str | float | None,
     options: SearchOptions,
     *,
     region: Box | Tube | None = None,
@@ -267,7 +267,7 @@ def search_model(
 
 def require_consistent(
     level: Level,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     *,
     has_motion: bool = False,
     has_states: bool = False,
