@@ -32,7 +32,7 @@ def dynamics() -> gd.types.ArmDynamics:
     ("name", "meant"),
     [
         ("load", "gd.load_arm"),
-        ("simplfy", "gd.simplify"),
+        ("simplifies", "gd.simplify"),
         ("exports", "gd.export"),
         ("log", "gd.read_log"),
         ("dominance", "gd.rank"),

@@ -84,7 +84,7 @@ def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
         return []
     listed = ", ".join(text.removeprefix("torque=") for text in said)
     has_currents = any(log.names[k].role == "current" for k in unknown)
-    constants = ", of currents with `torque_constant`" if has_currents else ""
+    constants = f", of currents with {argument('torque_constant', 'LIST')}" if has_currents else ""
     warning = f"no torques are read, and what {listed} is in the log is unknown"
     return [in_options(f"{warning}; if torques: {_mapped(said)}{constants}")]
 
@@ -97,7 +97,10 @@ def _in_foreign_unit(log: NamedLog, role: str) -> tuple[str, str]:
     unit, units = log.names[columns[0]].unit, [*units_of(role, log.arm.is_revolute[0])]
     fault = f"{log.table.names[columns[0]]} is in {unit}, no unit of {_PLURAL[role]}"
     if role == "torque" and unit in UNITS["current"]:
-        return fault, f"`torque_constant` takes {log.arm.n_joints} joint torques per ampere"
+        return (
+            fault,
+            f"{argument('torque_constant', 'LIST')} takes {log.arm.n_joints} joint torques per ampere",
+        )
     said = _candidates(log, role, columns) if unit_in_words(unit) in (None, "grad") else []
     options = _mapped([f"{text}:{units[0]}" for text in said])
     return fault, f"if this is {', '.join(units)}: {options}" if said else ""
