@@ -71,8 +71,8 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     if reference is None:
         return None
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
-    agreed = {name for name, row in compared.items() if effect_of(row) == row["text_verdict"]}
-    others = Counter(effect_of(row) for name, row in compared.items() if name not in agreed)
+    agreed = {name for name, row in compared.items() if row["verdict"] == row["text_verdict"]}
+    others = Counter(row["verdict"] for name, row in compared.items() if name not in agreed)
     # For verdicts of translation, and remarks in favour of rotation.
     conclusions = {
         "rotation": "our numbers support the remark, not the verdict",

@@ -175,7 +175,7 @@ def simplify(
 def search_beside_log(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | str | None,
+    budget: Budget | str | float | None,
     options: SearchOptions,
     **how: Any,
 ) -> Held:
