@@ -24,8 +24,8 @@ from gd_analyze.simplification.model import SimplifiedModel
 
 # Allowed to a joint that the log says nothing of: a share of its peak torque.
 _UNSEEN_SHARE = 0.01
-# An error shows if it leaves that much more, or if its RMS is that share of what is left: unrelated to it, such
-# an error leaves 0.3 % more, but on other readings it may be related to it by chance.
+# An error shows if it leaves that much more, or if its RMS is that share of what is left: unrelated to it, it
+# leaves 0.3 % more, but on other readings it may be related to it by chance.
 _SHOWN_GROWTH, _SHOWN_SHARE = 0.01, 0.08
 # Least share of what is left that is allowed: by the triangle inequality, no error leaves more than that.
 _LEAST_SHARE = 1.0 / 16.0
