@@ -156,7 +156,7 @@ def test_a_header_says_that_the_log_contradicts_the_file(two_link, log, tmp_path
 
 
 def test_a_plan_gives_no_budget(two_link):
-    with pytest.raises(UsageError, match="only beside a log"):
+    with pytest.raises(UsageError, match="no measured torques"):
         gd.simplify(two_link, "two-link-swing", "log")
 
 

@@ -28,7 +28,7 @@ _TO_STATE = {
     "friction": "`coulomb` in the joint's [[drives]] table, for both directions",
     "uncertainty": "`mass_uncertainty`, `com_uncertainty` or `inertia_uncertainty` of the links",
 }
-_NO_LOG = "a budget can be a share of what a log leaves only beside a log with measured torques"
+_NO_LOG = "there are no measured torques to take a budget from"
 _FOR_EXAMPLE = 'give amounts of 0 or more, for example 1%, 0.5 (N m) or "1% or 10% friction"'
 
 
@@ -45,7 +45,8 @@ class ReferenceTorques:
         """One of `_WHOLES` at a joint, from 0; a UsageError for `argument` if the arm does not state it."""
         value = float(self.all(name)[joint])
         if np.isnan(value) and name == "log":
-            raise UsageError(_NO_LOG, where=argument, next_step="give a log, or another budget such as 1%")
+            next_step = "simplify along a log with measured torques, or take another budget such as 1%"
+            raise UsageError(_NO_LOG, where=argument, next_step=next_step)
         if np.isnan(value):
             message = f"a budget cannot be a share of {name}, as the arm states none"
             where = f"{argument}, joint {joint + 1}, {self.arm.joints[joint].name}, of {self.arm.name}"

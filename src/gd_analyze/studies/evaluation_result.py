@@ -83,7 +83,7 @@ def evaluation_result(
             Value("drives", model.drives),
             Value("level", model.level.name),
             Fact("fitted_on", "Model fitted on", dict(accuracy.fitted_on), text=fitted_on),
-            Fact("budget", "Budget", accuracy.budget),
+            Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("promised", "measured" if accuracy.measured else STATED),
             Value("promised_norms", [norm._asdict() for norm in accuracy.norms]),
             Value("held_against", {"arm": arm.name, "drives": model.drives, "payload": carried}),

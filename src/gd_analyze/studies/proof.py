@@ -90,7 +90,7 @@ def proof(
         facts=(
             Value("arm", arm.name),
             Value("level", model.level.name),
-            Fact("budget", "Budget", accuracy.budget),
+            Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("allowed_and_largest_error", "measured" if accuracy.measured else STATED),
             Value("from", region.where),
             Value("box", limits),
