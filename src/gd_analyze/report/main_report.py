@@ -39,8 +39,8 @@ def structure(findings: Findings) -> tuple[Drawing, ...]:
             "shares",
             "What makes each joint's torque.",
             replace(shares_figure(findings), legend=()),
-            f"T, R: D q̈ by translation and rotation{'; J: drives' if drives else ''}. "
-            "Shares of the sum of RMS.",
+            "T, R: D q̈ by translation and rotation; h: the same effect of velocities, paler; "
+            f"c: gravity{'; J: drives' if drives else ''}. Shares of the sum of RMS.",
         ),
     )
 
