@@ -36,6 +36,34 @@ from psdm_measure import made_with
 SHARE = 0.01
 FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 STATES = 4000
+CONSTANTS = """## The constants printed in 1986
+
+The paper prints 23 inertial constants (kg m²) and 5 gravity constants (N m) of the explicit model. "This arm" is the shipped
+`puma560`.
+
+| constant | printed | this arm | constant | printed | this arm |
+|---|---|---|---|---|---|
+| I1 | 1.43 | 1.54 | I15 | 1.25e-3 | 0.00125 |
+| I2 | 1.75 | 1.75 | I16 | 1.24e-3 | 0.00124 |
+| I3 | 1.38 | 1.6 | I17 | 6.42e-4 | 6.42e-04 |
+| I4 | 0.690 | 0.687 | I18 | 4.31e-4 | 4.29e-04 |
+| I5 | 0.372 | 0.372 | I19 | 3.00e-4 | 3.02e-04 |
+| I6 | 0.333 | 0.334 | I20 | -2.02e-4 | -2.02e-04 |
+| I7 | 0.298 | 0.299 | I21 | -1.00e-4 | -1.00e-04 |
+| I8 | -0.134 | -0.133 | I22 | -5.80e-5 | -5.85e-05 |
+| I9 | 0.0238 | 0.0237 | I23 | 4.00e-5 | 4.00e-05 |
+| I10 | -0.0213 | -0.0214 | g1 | -37.2 | -37.2 |
+| I11 | -0.0142 | -0.0142 | g2 | -8.44 | -8.45 |
+| I12 | -0.0110 | -0.011 | g3 | 1.02 | 1.02 |
+| I13 | -3.79e-3 | -0.0038 | g4 | 0.249 | 0.25 |
+| I14 | 1.64e-3 | 0.00164 | g5 | -0.0282 | -0.0282 |
+
+- **I1 and I3 contradict the paper's own link table**, which gives 1.55 and 1.60. No arm has both; ours follows the table.
+- The other 26 agree within half a last digit of the table's entries and the difference in lengths: [FGL87] Fig. 2.11, the
+  source of our lengths, has a shoulder offset of 149.09 mm, the paper 150.1 mm. With the paper's lengths I8 is -0.134.
+- **Link 4 is mirrored in common toolbox data**: its centre of mass is 19 mm beyond the wrist's centre instead of 19 mm
+  before it, towards the elbow. I5 to I8, I10 and g2 are then off by 3 to 9 %.
+"""
 EXACT, RULE = "exact, Newton-Euler with regrouped parameters, rewritten", "1 % rule of 1986, nested"
 
 
@@ -139,7 +167,7 @@ def report() -> str:
         "By hand, published 1986: recursive Newton-Euler 1560 operations, the full explicit model 1165, abbreviated by the "
         "1 % rule 305; no torque error stated. The arm is that of 1986 in [FGL87]'s lengths: its exact terms give 26 of "
         "the 28 printed constants, the other two contradict the printed link table "
-        "([compared](../docs/puma560.md)). Below: drive inertia on, errors over "
+        "([compared](#the-constants-printed-in-1986)). Below: drive inertia on, errors over "
         f"{STATES} states drawn evenly from the arm's ranges and its velocity and acceleration limits, as shares of each "
         "joint's peak torque; certified: no state within the limits exceeds it.",
         "",
@@ -186,6 +214,7 @@ def report() -> str:
             "",
             *curve(bare),
             "",
+            CONSTANTS,
         ]
     )
 

@@ -16,7 +16,7 @@ import numpy as np
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.files import data_folder
 from gd_analyze.operations.program import OperationCount
-from gd_analyze.studies.comparison import Cost, count_cost
+from gd_analyze.studies.formulations import Cost, count_cost
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
 

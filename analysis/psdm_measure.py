@@ -255,14 +255,15 @@ def made_with() -> str:
 
 
 def machine() -> str:
-    """Name the processor, as far as the system tells."""
+    """Name the processor, as far as the system tells; family and model tell generations of one name apart."""
     about = Path("/proc/cpuinfo")
-    named = (
-        [line.partition(":")[2].strip() for line in about.read_text().splitlines() if "model name" in line]
-        if about.exists()
-        else []
-    )
-    return named[0] if named else platform.machine()
+    if not about.exists():
+        return platform.machine()
+    parts = [line.partition(":") for line in about.read_text().splitlines()]
+    values = {key.strip(): value.strip() for key, _, value in parts}
+    if "model name" not in values:
+        return platform.machine()
+    return f"{values['model name']} (family {values.get('cpu family')}, model {values.get('model')})"
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.operations.counting import Tally
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.operations.trace import Expression, Operation
-from gd_analyze.studies.comparison import count_cost
+from gd_analyze.studies.formulations import count_cost
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))  # makers that tests share
 

@@ -177,7 +177,7 @@ def _end_effector_pose() -> Measurement:
 def _two_link_closed_forms() -> Iterator[Measurement]:
     """[FGL87] section 3.4.2, with the masses and the length of the built-in arm."""
     arm = gd.load_arm("two_link")
-    (m1, m2), length, g = arm.mass, arm.dh_table[0].a, float(np.linalg.norm(arm.gravity))
+    (m1, m2), length, g = arm.mass, arm.dh_table[0].a, float(np.linalg.norm(arm.gravity_vector))
     random = np.random.default_rng(1987)
     q, qd, qdd = random.uniform(-3.0, 3.0, (3, N_STATES, 2))
     ours = gd.tables.decompose_states(arm, gd.types.States(q, qd, qdd), drives=False)

@@ -18,6 +18,7 @@ from advice import false_advice
 from gd_analyze import Trajectory, decompose, load_arm, read_trajectory, simplify
 from gd_analyze.cache import VARIABLE
 from gd_analyze.cli.app import app
+from gd_analyze.cli.entry import options_by_argument
 from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning
 from gd_analyze.studies.main_job import find
 from gd_analyze.tables import save_results, states_in_box
@@ -54,7 +55,11 @@ def sound_advice(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         make(error, what, **details)
         context = click.get_current_context(silent=True)
         verb = None if context is None or context.command.name not in app.commands else context.command
-        false.extend(f"{text} in {error}" for text in false_advice(error.details.get("next", ""), verb))
+        options = {}
+        for command in app.commands.values() if verb is None else [verb]:
+            options |= options_by_argument(command)
+        _, _, advice = error.with_options(options).partition("\n  next: ")
+        false.extend(f"{text} in {error}" for text in false_advice(advice, verb))
 
     monkeypatch.setattr(GdAnalyzeError, "__init__", checked)
     yield

@@ -15,7 +15,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.simplification.torque_program import FINAL
-from gd_analyze.studies.comparison import comparison
+from gd_analyze.studies.formulations import formulations_compared
 from gd_analyze.types import LEVELS, Box, ExactDynamics, ExactForm, Settings
 from long_cases import long
 
@@ -37,7 +37,7 @@ def test_exact_is_one_number_in_every_verb(two_link, swing, findings):
     of_parts = [model for model in (findings.element_model, *models) if not model.has_terms]
     assert all(model.operations_full.total >= full.total and not model.saves for model in of_parts)
     assert all("exact at most" in headline(model) for model in of_parts)
-    assert comparison(two_link).values()["operations_full"] == asdict(full)
+    assert formulations_compared(two_link).values()["operations_full"] == asdict(full)
     points = trade_off(exact, factors=(1e-6,), levels=(TERM,))
     assert [point.operations for point in points] == [full]
 

@@ -58,7 +58,7 @@ def newton_euler(arm: RobotArm, q: Any, qd: Any, qdd: Any) -> Any:
     import casadi as ca
 
     cross = ca.cross
-    w, dw, dv = ca.SX(3, 1), ca.SX(3, 1), ca.SX(ca.DM(-arm.gravity))
+    w, dw, dv = ca.SX(3, 1), ca.SX(3, 1), ca.SX(ca.DM(-arm.gravity_vector))
     steps = []
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
         before, behind = (constant(each.rotation) for each in (joint.placement, link.frame))

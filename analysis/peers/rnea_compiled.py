@@ -62,7 +62,7 @@ def made_arm(made: ctypes.CDLL, arm: RobotArm, drives: bool) -> ctypes.c_void_p:
         numbers += [placement.rotation.ravel(), placement.translation, joint.axis]
         numbers += [[body.mass], body.lever, body.inertia.ravel(), [rotor]]
     flat = np.concatenate(numbers)
-    gravity = np.array(arm.gravity)
+    gravity = np.array(arm.gravity_vector)
     made.make.restype = ctypes.c_void_p
     pointers = [ctypes.c_void_p(x.ctypes.data) for x in (gravity, flat)]
     return ctypes.c_void_p(made.make(arm.n_joints, *pointers))

@@ -1,15 +1,17 @@
 """Control in MuJoCo.
 
 How well does an arm track if its controller uses a simplified model? This tutorial moves the PUMA 560 along a
-pick-and-place motion in MuJoCo, under computed torque with the exact model, with the simplified one, and
-under PD without any model. It needs MuJoCo (`pip install mujoco`).
+pick-and-place motion in MuJoCo, a simulator that shares nothing with gd-analyze: under computed torque with
+the exact model, with the simplified one, and under PD without any model. With a model of 1 % every joint
+stays within 0.15 mrad, less than 0.01 degrees. Without a model the shoulder is off by 20 mrad, more than a
+degree. It needs MuJoCo (`pip install mujoco`).
 """
 
 # %% [markdown]
 # ## The arm in MuJoCo
 #
 # Each link becomes a body of MJCF, in the Denavit-Hartenberg frame of the arm's file. `armature` is the
-# inertia of the drive. Two links need care:
+# inertia of the drive. There is no friction. Two links need care:
 #
 # - Link 1 has no mass in the file, as it only turns about the waist's axis. MuJoCo demands a mass; one
 #   kilogram on that axis changes nothing.
@@ -48,7 +50,7 @@ for joint, link, drive, row in zip(arm.joints, arm.links, arm.drives, arm.dh_tab
 MJCF = f"""
 <mujoco>
   <compiler angle="radian" balanceinertia="true"/>
-  <option timestep="0.001" integrator="RK4" gravity="{numbers(*arm.gravity)}"/>
+  <option timestep="0.001" integrator="RK4" gravity="{numbers(*arm.gravity_vector)}"/>
   <worldbody>{bodies}{"</body>" * arm.n}</worldbody>
 </mujoco>"""
 
@@ -94,7 +96,9 @@ print(f"{simplified.operations.total} operations of the torque instead of {simpl
 # ## Three controllers
 #
 # Computed torque is tau = D (qdd_d + Kd e' + Kp e) + h + c, with the error e = q_d - q: the torque for the
-# desired acceleration and the feedback. Kp = 400 and Kd = 40 are a bandwidth of 20 rad/s, critically damped.
+# desired acceleration and the feedback. Kp is 400, Kd is 40.
+#
+# If the model is right, every error decays like that of a critically damped oscillator of 20 rad/s.
 #
 # PD has the same gains, times the inertia that each joint has at the start of the motion. It knows neither
 # gravity nor velocities nor what one joint does to the others.
@@ -145,6 +149,22 @@ errors = {
 
 # %% [markdown]
 # ## Largest errors
+#
+# ```text
+# 88 operations of the torque instead of 284
+# largest tracking error, mrad
+# joint         exact model    1 % model           PD
+# waist               0.016        0.059        7.196
+# shoulder            0.024        0.144       19.986
+# elbow               0.016        0.099        9.526
+# wrist roll          0.011        0.032        4.996
+# wrist bend          0.014        0.037        4.074
+# flange              0.011        0.013        4.987
+# ```
+#
+# The exact model's error is that of the loop: its torque is a millisecond old at most. What the simplified
+# model adds follows from its torque error. A steady torque error r moves a joint of inertia M by r / (Kp M).
+# The shoulder has M = 6.7 kg m² and the model errs there by up to 0.37 N m: 0.14 mrad, as simulated.
 
 # %%
 print("largest tracking error, mrad")
@@ -159,6 +179,8 @@ assert (largest[1] < largest[2] / 50).all()
 # ## Over time
 #
 # The largest error of any joint, on a logarithmic scale.
+#
+# ![About 10 mrad with PD, 0.1 with the 1 % model, 0.01 exact](../images/control_in_mujoco.png)
 
 # %%
 figure, axes = plt.subplots(figsize=(7.0, 3.4), layout="constrained")
@@ -174,8 +196,20 @@ figure.savefig("control_in_mujoco.png", dpi=100)
 # %% [markdown]
 # ## A model for a tolerance
 #
-# A steady torque error r moves a joint of inertia M by r / (Kp M). A joint that may be 0.1 degrees off
-# therefore allows a torque error of Kp M times as much, which is a budget.
+# The same rule gives a budget: a joint that may be 0.1 degrees (1.75 mrad) off allows a torque error of Kp M
+# times as much. A model of 20 operations keeps this tolerance:
+#
+# ```text
+# budget: 3.00877 N m, 4.69467 N m, 0.812012 N m, 0.140777 N m, 0.125414 N m, 0.134767 N m
+# 20 operations of the torque, largest error 1.19 mrad
+# ```
+#
+# The rule takes each joint for itself: try the model in simulation, as here, and tighten the budget if the
+# joints' coupling asks for it.
+#
+# Real joints have friction. By the same rule the PUMA's Coulomb friction, 27 N m at the waist, costs some
+# 16 mrad there, far more than a model of 1 %: compensate it first (`--what friction`
+# [exports](../export.md) it).
 
 # %%
 tolerance = np.radians(0.1)

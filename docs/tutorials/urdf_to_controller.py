@@ -41,7 +41,7 @@ print(certificate)
 # the bound and the limits within which it is proven.
 
 # %%
-gd.export(model, "c", certificate=certificate).save("controller")
+gd.export(model, "c", "controller", certificate=certificate)
 
 # %% [markdown]
 # Computed torque evaluates the model at the desired acceleration: the planned one, here zero, plus the

@@ -36,13 +36,19 @@ def __getattr__(name: str) -> object:
     """Import a public name; of any other, say where it is."""
     if name in __all__:
         return _public(name)
-    message = f"{__name__} has no {name}"
+    if name.startswith("_"):
+        raise AttributeError(f"{__name__} has no {name}")
     if name in _REPLACED:
-        raise AttributeError(f"{message}; gd.{_REPLACED[name]} does its work")
+        raise AttributeError(f"{__name__} has no {name}; gd.{_REPLACED[name]} does its work")
+    from gd_analyze.guesses import PACKAGE, missing
+
+    homes = {other: f"gd.{other}" for other in __all__}
     for home in ("types", "tables"):
-        if not name.startswith("_") and name in importlib.import_module(f"{__name__}.{home}").__all__:
-            raise AttributeError(f"{message}; it is gd.{home}.{name}")
-    raise AttributeError(message)
+        members = importlib.import_module(f"{__name__}.{home}").__all__
+        if name in members:
+            raise AttributeError(f"{__name__} has no {name}; it is gd.{home}.{name}")
+        homes |= {other: f"gd.{home}.{other}" for other in members}
+    raise missing(__name__, name, PACKAGE, homes)
 
 
 def __dir__() -> list[str]:

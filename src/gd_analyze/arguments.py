@@ -11,12 +11,14 @@ from typing import ParamSpec, TypeVar
 
 import numpy as np
 
+from gd_analyze.arrays import members
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.progress import Progress
 from gd_analyze.text import in_python
 
 Parameters = ParamSpec("Parameters")
 Answer = TypeVar("Answer")
+Member = TypeVar("Member")
 # What an annotation allows, and says in words.
 _CHECKED = {
     "bool": ((bool, np.bool_), "True or False"),
@@ -64,8 +66,15 @@ def require_word(value: object, words: Iterable[str], where: str) -> None:
         raise UsageError(message, where=where, expected=expected, found=in_python(value), next_step=step)
 
 
-def require_words(values: Iterable[object], words: Collection[str], where: str) -> None:
-    """Raise a UsageError unless an argument is a collection of some of these words."""
-    require_type(values, (list, tuple, set, frozenset), where, f"some of {', '.join(words)}")
-    for value in values:
+def several(words: str | Iterable[Member]) -> tuple[str | Member, ...]:
+    """Take one word for a collection of it."""
+    return (words,) if isinstance(words, str) else tuple(members(words))
+
+
+def words_of(values: str | Iterable[str], words: Collection[str], where: str) -> tuple[str, ...]:
+    """Some of these words, given as one or as a collection; a UsageError for anything else."""
+    require_type(values, (str, list, tuple, set, frozenset), where, f"some of {', '.join(words)}")
+    chosen = several(values)
+    for value in chosen:
         require_word(value, words, where)
+    return chosen

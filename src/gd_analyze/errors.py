@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import re
+import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,9 +21,10 @@ _OURS = (str(Path(__file__).parent), contextlib.__file__)
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
 _LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
 
-# Names of arguments: what a message is about, and what it says to give, as `name` or name=True.
-_IN_TEXT = re.compile(r"`(\w+)`|\b(\w+)=True\b")
-_ARGUMENTS = {"where": re.compile(r"^(\w+)(?=$|[,\[]| \d)"), "expected": _IN_TEXT, "next": _IN_TEXT}
+# An argument in a message, see `argument`, or name=True; and what a message is about, at its beginning.
+_IN_TEXT = r"`(?P<name>\w+)(?:=(?P<value>'[^'`]*'|\"[^\"`]*\"|\[[^`]*\]))?`|\b(?P<flag>\w+=(?:True|False))\b"
+_ABOUT = rf"^(?P<about>\w+)(?=$|[,;\[]| \d)|{_IN_TEXT}"
+_ARGUMENTS = {"where": re.compile(_ABOUT), "expected": re.compile(_IN_TEXT), "next": re.compile(_IN_TEXT)}
 
 
 @dataclass(frozen=True)
@@ -76,17 +79,40 @@ class GdAnalyzeError(Exception):
         }
         super().__init__("\n".join(_lines(self.what, self.details)))
 
-    def with_options(self, options: Mapping[str, str]) -> str:
-        """The message, with options in place of the arguments of these names."""
+    def with_options(self, options: Mapping[str, str] | None = None) -> str:
+        """The message, with options in place of arguments: those of a verb, by the arguments' names.
 
-        def option(match: re.Match[str]) -> str:
-            return options.get(match[match.lastindex or 0], match[0])
-
+        "name=False" may be one of the names. Without a verb every argument is an option of its own name.
+        """
         details = {
-            label: _ARGUMENTS[label].sub(option, text) if label in _ARGUMENTS else text
+            label: _as_options(text, options, _ARGUMENTS[label]) if label in _ARGUMENTS else text
             for label, text in self.details.items()
         }
         return "\n".join(_lines(self.what, details))
+
+
+def argument(name: str, value: str | Sequence[str] | None = None) -> str:
+    """Name an argument of a call in a message, `name` or `name='value'`; a terminal shows it as an option."""
+    return f"`{name}`" if value is None else f"`{name}={value!r}`"
+
+
+def in_options(text: str) -> str:
+    """A text with options in place of its arguments, for results and warnings, which speak of options."""
+    return _as_options(text, None, _ARGUMENTS["next"])
+
+
+def _as_options(text: str, options: Mapping[str, str] | None, arguments: re.Pattern[str]) -> str:
+    def option(match: re.Match[str]) -> str:
+        found = match.groupdict()
+        name = found["name"] or (found["flag"] or "").removesuffix("=True") or found.get("about", "")
+        typed = f"--{name.replace('_', '-')}" if options is None else options.get(name)
+        if typed is None:
+            return match[0]
+        values = ast.literal_eval(found["value"] or "[]")
+        words = [values] if isinstance(values, str) else values
+        return " ".join(f"{typed} {shlex.quote(word)}" for word in words) or typed
+
+    return arguments.sub(option, text)
 
 
 def _lines(what: str, details: Mapping[str, str]) -> Iterator[str]:

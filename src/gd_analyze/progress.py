@@ -29,6 +29,9 @@ class Progress:
     def advance(self, steps: int = 1) -> None:
         """Note that so many steps of the stage are done since the last call."""
 
+    def counted(self, count: str) -> None:
+        """Note in words how far the stage is: "12 of 40 rows"."""
+
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Take the main job's first answer, the result of `rank` at a budget, while models are searched."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from gd_analyze.dynamics.base_parameters import base_parameters
 from gd_analyze.dynamics.decomposition import decompose_states
 from gd_analyze.dynamics.dominance import text_verdicts
 from gd_analyze.dynamics.dominance_over_time import dominance_over_time, verdicts
@@ -19,7 +18,6 @@ from gd_analyze.simplification.model_torque import payload_effect
 from gd_analyze.simplification.term_ranking import rank_terms
 
 __all__ = [
-    "base_parameters",
     "cross_check",
     "decompose_states",
     "dominance_over_time",

@@ -300,12 +300,14 @@ def html_of(
         style = ' style="text-align: left"' if value[:1].isalpha() else ""
         return f"<td{style}>{text(value)}</td>"
 
+    caption = f"<caption>{text(title)}</caption>" if title else ""
     head = "".join(f"<th>{text(heading)}</th>" for heading in headings)
+    head = f"<tr>{head}</tr>" if head else ""
     body = "".join(f"<tr>{''.join(map(cell, row))}</tr>" for row in rows)
     below = f"<p>{text(note)}</p>" if note else ""
     lines = "\n".join(text(line) for line in more.splitlines())
     folded = f"<details><summary>equations</summary><pre>{lines}</pre></details>" if more else ""
-    return f"<table><caption>{text(title)}</caption><tr>{head}</tr>{body}</table>{below}{folded}"
+    return f"<table>{caption}{head}{body}</table>{below}{folded}"
 
 
 # Levels of simplification, here so that the command line offers them without loading NumPy; the levels are

@@ -11,7 +11,14 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import builtin_arms
 from gd_analyze.errors import ArmError, OutputError, TrajectoryError, UsageError
+from gd_analyze.figures.structure import matrix_figure
+from gd_analyze.figures.svg import figure_svg
 from gd_analyze.motions.formats import shipped_trajectories
+from gd_analyze.report.document import result_document
+from gd_analyze.report.main_report import main_result
+from gd_analyze.report.terminal import text_of
+from gd_analyze.result import SeenFact
+from gd_analyze.results.run_facts import elements_by_verdict, run_headline
 
 ROBOT, MOTION = "two_link", "two-link-swing"
 
@@ -56,7 +63,7 @@ def test_what_is_no_arm_no_motion_and_no_option():
             "given twice",
             lambda: gd.analyze(ROBOT, MOTION, None, gd.types.Settings(), budget="1%"),
         ),
-        (UsageError, "this is not a budget", lambda: gd.types.Settings(budget=0.01)),
+        (UsageError, "this is not a budget", lambda: gd.types.Settings(budget=1.5)),
     ):
         with pytest.raises(error, match=told):
             call()
@@ -86,9 +93,24 @@ def test_values_are_a_line_and_a_small_table(shown):
         assert len(repr(value)) < 300
         assert "\n" not in repr(value)
         if hasattr(value, "_repr_html_"):
-            rows = [len(row) for row in ElementTree.fromstring(f"<p>{value._repr_html_()}</p>").iter("tr")]
-            assert len(set(rows)) == 1, f"as many cells in every row of {name}"
-            assert 6 <= len(rows) < 60
+            page = ElementTree.fromstring(f"<p>{value._repr_html_()}</p>")
+            tables = [[len(row) for row in table.iter("tr")] for table in page.iter("table")]
+            assert all(len(set(rows)) == 1 for rows in tables), f"as many cells in every row of {name}"
+            assert 6 <= sum(map(len, tables)) < 60
+
+
+def test_findings_say_what_the_terminal_says(puma_findings):
+    told = text_of(result_document(main_result(puma_findings)))
+    assert str(puma_findings) == told.rstrip()
+    page = ElementTree.fromstring(f"<p>{puma_findings._repr_html_()}</p>")
+    words = " ".join("".join(page.itertext()).split())
+    assert run_headline(puma_findings) in words  # with the proven error
+    shown = {"".join(cell.itertext()) for cell in page.iter("td")}
+    section = elements_by_verdict(puma_findings)
+    assert {fact.written for fact in section.parts if isinstance(fact, SeenFact)} <= shown
+    figure = ElementTree.fromstring(figure_svg(matrix_figure(puma_findings)))
+    (drawn,) = page.iter(figure.tag)
+    assert ElementTree.tostring(drawn) == ElementTree.tostring(figure)
 
 
 def test_names_of_others_are_escaped(two_link, swing):

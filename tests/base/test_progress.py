@@ -41,6 +41,7 @@ def test_every_step_of_a_stage_is_told(name, calls):
     assert [label for label, _ in told.stages] == LABELS[name]
     for (_, total), steps in zip(told.stages, told.steps, strict=True):
         assert total is None or sum(steps) == total > 0
+    assert told.counts == (["1 of 1 rows"] if name == "batch" else [])
 
 
 def test_the_main_job_tells_all_it_does_from_reading_to_writing(two_link, tmp_path):

@@ -55,7 +55,7 @@ def test_every_file_carries_the_mark(folder, swing_findings):
 
 
 def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings, other_budget):
-    heavy = dataclasses.replace(two_link, gravity=two_link.gravity * 1.001)
+    heavy = dataclasses.replace(two_link, gravity_vector=two_link.gravity_vector * 1.001)
     named = dataclasses.replace(swing, name="other")
     by_link = gd.analyze(two_link, swing, by_link=True)
     every = [other_budget, by_link, gd.analyze(two_link, named), swing_findings, gd.analyze(heavy, swing)]

@@ -56,7 +56,7 @@ def test_a_job_takes_one_thread_unless_the_environment_says_how_many(chosen):
 def test_the_program_begins_with_one_thread_and_loads_nothing_to_limit_it(chosen):
     script = """
 import atexit, sys
-sys.argv = ["gd-analyze", "rank", "two_link", "two-link-swing", "--quiet"]
+sys.argv = ["gd-analyze", "rank-terms", "two_link", "two-link-swing", "--quiet"]
 
 def tell():
     loaded = "scipy.linalg" in sys.modules

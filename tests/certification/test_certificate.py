@@ -221,7 +221,7 @@ def test_the_largest_torque_beats_drawing_and_is_reached(name, drives):
 
 
 def test_without_motion_and_gravity_there_is_no_torque(two_link):
-    weightless = dataclasses.replace(two_link, gravity=np.zeros(3))
+    weightless = dataclasses.replace(two_link, gravity_vector=np.zeros(3))
     still = gd.types.Box(np.zeros(2), np.ones(2), np.zeros(2), np.zeros(2))
     assert largest_torque(exact_model(weightless, level=ENERGY), still).tolist() == [0.0, 0.0]
 

@@ -263,7 +263,8 @@ def test_an_ascent_stays_inside_and_never_descends():
         return np.abs(np.einsum("ksn,kn->s", states, slope))[None]
 
     start = rng.uniform(lower, upper)
-    reached = falsification._climbed(share, 0, start, lower, upper)
+    joints = np.zeros(start.shape[1], dtype=int)
+    reached = falsification._climbed(share, joints, start, lower, upper)
     assert ((reached >= lower) & (reached <= upper)).all()
     assert (share(reached) >= share(start)).all()
     # A linear error is largest at the ends that one of its two signs points to.

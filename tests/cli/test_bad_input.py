@@ -118,7 +118,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "report m.json": ("m.json",),
     "two_link /dev/zero": ("error: /dev/zero",),
     "evaluate /dev/zero x.csv": ("error: /dev/zero",),
-    "compare two_link .": ("directory",),
+    "formulations two_link .": ("directory",),
     ". x.csv": ("folder",),
     "two_link empty": ("empty",),
     "two_link moves": ("moves/b.csv",),
@@ -134,10 +134,22 @@ WORDS: dict[str, tuple[str, ...]] = {
     **{f"{words} {'x' * 300}": ("xxx",) for words in ("two_link", "evaluate", "equations two_link -o")},
     # What does not fit the arm
     "puma560 x.csv": ("line 1", "q1, q2"),
-    "compare puma560 x.csv": ("q1, q2",),
+    "formulations puma560 x.csv": ("q1, q2",),
     "certify m.json --along pick-and-place": ("pick-and-place",),
     "two_link x.csv --drives": ("arm two_link", "[[drives]]"),
-    "compare puma560 --symbolic": ("two_link",),
+    "formulations puma560 --symbolic": ("two_link",),
+    "compare puma560": ("OTHER", "`gd-analyze formulations puma560`"),
+    "compare puma560 pick-and-place": ("OTHER", "pick-and-place", "`gd-analyze formulations puma560`"),
+    "compare puma560 two_link": ("numbers of joints", "puma560: 6", "two_link: 2", "--tip"),
+    "compare two_link own.urdf": ("own.urdf",),
+    "compare two_link two_link x.csv y.csv": ("y.csv",),
+    "equations two_link --at 0": ("error: --at", "expected: 2 values", "found: 1"),
+    "equations two_link --at 0,x": ("error: --at, value 2", "degrees", "found: 'x'"),
+    "equations two_link --at 0,5mm": ("error: --at, value 2", "'5mm'"),
+    "equations two_link --at 0,0 --velocity 1": ("error: --velocity", "expected: 2 values"),
+    "equations two_link --velocity 1,1": ("--velocity needs --at",),
+    "equations two_link --at 0,0 --element D13": ("'D13'", "D11 to D22"),
+    "equations two_link --at 0,0 --terms --symbolic": ("--at", "omit --terms, --symbolic"),
     "equations two_link --element D13": ("error: --element", "'D13'", "D11 to D22"),
     "robot.urdf x.csv": ("link lower", "--lock left_finger=0 --lock right_finger=0"),
     "arms robot.urdf --tip lowre": ("'lowre'", "lower?"),
@@ -168,7 +180,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "two_link x.csv --margin 2%": ("--margin, entry 1", "found: '2%'"),
     "certify m.json --along x.csv --margin qd=1%,qd=2%": ("--margin, entry 2",),
     "simplify two_link --level atom": ("--level",),
-    "rank two_link x.csv --level element": ("--level",),
+    "rank-terms two_link x.csv --level element": ("--level",),
     "simplify two_link --seconds 0": ("--seconds",),
     "columns two_link x.csv --map time=0Hz": ("no motion is sampled so", "0 Hz"),
     "columns two_link x.csv --map time=0.008Hz": ("give 125Hz",),
@@ -178,7 +190,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "columns two_link x.csv --map q=:mm": ("no joint of two_link has q in mm", "rad, mrad, deg"),
     "columns two_link x.csv --map q:1=:deg": ("no column is named", "q=:deg for all joints"),
     "columns two_link x.csv --map joints=a,b": ("no column names one of these joints", "joints=a,b"),
-    "rank two_link x.csv --rate 250": ("no such option '--rate'", "next: --map time=250Hz"),
+    "rank-terms two_link x.csv --rate 250": ("no such option '--rate'", "next: --map time=250Hz"),
     "columns two_link x.csv --largest-gap 500": ("500s",),
     "columns two_link x.csv --cutoff 5ms": ("'--cutoff'",),
     "plan two_link --from 0,0 --to 1,1 --duration 2000": ("2000s",),
@@ -246,7 +258,7 @@ WORDS: dict[str, tuple[str, ...]] = {
     "equations two_link --parameters --terms": ("--parameters", "omit --terms"),
     "equations two_link --parameters --element D11": ("--parameters", "omit --element"),
     "equations two_link --symbolic --terms": ("--symbolic", "omit --terms"),
-    "equations two_link --symbolic --parameters --min-share 1%": ("omit --parameters, --min-share",),
+    "equations two_link --symbolic --parameters --min-share 1%": ("--symbolic", "omit --min-share"),
     "equations puma560 --symbolic": ("6 joints", "--element D12"),
     "equations puma560 --symbolic --element D17": ("'D17'", "D11 to D66"),
     "equations two_link --parameters --format sympy": ("--parameters", "latex", "sympy"),
@@ -292,7 +304,7 @@ CASES = [
     *(("evaluate model.json", {"model.json": text}, ("model.json", *says)) for text, says in MODELS),
     *(
         (f"{verb} own.toml x.csv".strip(), {"own.toml": text, "x.csv": MOTION}, ("own.toml, line 11", says))
-        for verb in ("", "simplify", "rank", "compare")
+        for verb in ("", "simplify", "rank-terms", "formulations")
         for text, says in ((MASSLESS, "joint 2"), (INDEFINITE, "link 2"))
     ),
     *((words, FILES, says) for words, says in WORDS.items()),
@@ -374,7 +386,7 @@ def test_exact_equations_of_long_arms_are_refused_before_the_work(run, here, n):
 @pytest.mark.slow
 def test_far_too_many_terms_are_refused_with_what_to_do_instead(run, here, rng):
     gd.save_arm(arm_of(["askew"] * 7, rng), here / "own.toml")
-    result = run("rank own.toml --states 9 --limits all=1")
+    result = run("rank-terms own.toml --states 9 --limits all=1")
     assert (result.code, result.out) == (2, "")
     assert "60000" in result.err
     assert "`gd-analyze export ROBOT --to c`" in result.err

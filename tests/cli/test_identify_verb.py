@@ -55,7 +55,7 @@ def test_from_a_log_to_an_arm_that_every_verb_takes(run, here, true):
     assert run("simplify found.toml log.csv --budget uncertainty --at-set-points").code == 0
     assert source in run("arms found.toml").words
     # Drives and friction are in it: the log's torque follows with friction alone.
-    again = run("rank found.toml log.csv --json")
+    again = run("rank-terms found.toml log.csv --json")
     assert again.code == 0
 
 

@@ -72,7 +72,7 @@ TIP = "--tip lower --gravity 0,0,-1.6 --drive-inertia 0.1,0.2"
 
 PICKING = [
     "arms robot.urdf",
-    "rank robot.urdf swing.csv",
+    "rank-terms robot.urdf swing.csv",
     "simplify robot.urdf swing.csv",
     "equations robot.urdf",
     "plan robot.urdf --from 0,0 --to 10,20 --duration 3",
@@ -162,7 +162,11 @@ def test_of_a_robot_that_branches_the_arm_that_the_log_names(run, here, robot, h
     n = heading.count(",")
     rows = (",".join([f"{0.1 * k:.1f}", *n * [f"{0.1 * np.sin(0.2 * k):.6f}"]]) for k in range(60))
     (here / "log.csv").write_text("\n".join([heading, *rows]))
-    for verb in ("columns robot.urdf log.csv", "rank robot.urdf log.csv", "robot.urdf log.csv --format json"):
+    for verb in (
+        "columns robot.urdf log.csv",
+        "rank-terms robot.urdf log.csv",
+        "robot.urdf log.csv --format json",
+    ):
         result = run(f"{verb} --json")
         assert result.code == (2 if arm is None else 0), verb
         warned = [line for line in result.err.splitlines() if line.startswith("warning: ")]
@@ -240,7 +244,7 @@ def test_options_reach_the_reader_in_every_verb(run, here):
     used = [("timestamp", "", "ms"), ("actual_q_0", "elbow", "deg"), ("actual_q_1", "shoulder", "deg")]
     assert [(use["column"], use["joint"], use["unit"]) for use in told["columns"][:3]] == used
     assert run("two_link log.csv --out r --format json --cutoff 5").code == 0
-    told = run("rank two_link log.csv --map time=:ms --planned --json").json
+    told = run("rank-terms two_link log.csv --map time=:ms --planned --json").json
     assert told["states"]["trajectory"] == "log"
     assert run("evaluate r/model.json log.csv --map time=100Hz").code == 0
 
@@ -267,7 +271,7 @@ def test_standard_input(process, run):
     told = process("columns two_link - --json", input=LOG).json
     assert (told["log"], told["rows"]) == ("stdin", 200)
     planned = run("plan two_link --from 0,0 --to 60,-45 --duration 2")
-    told = process("rank two_link - --json", input=planned.out).json
+    told = process("rank-terms two_link - --json", input=planned.out).json
     assert told["states"]["trajectory"] == "stdin"
 
 
@@ -396,7 +400,7 @@ def test_outer_elements_of_an_arm_of_many_joints(run, here):
 
 def test_base_parameters(run, here):
     result, told = run("equations puma560 --parameters"), run("equations puma560 --parameters --json").json
-    base = gd.tables.base_parameters("puma560")
+    base = gd.base_parameters("puma560")
     assert f"{len(base)} (of {len(base.original)} parameters)" in result.words
     row, combination = (line for line in result.out.splitlines() if line.startswith("MX2"))
     assert row.split() == ["MX2", "3.8", "3.8", "0", "0", "kg", "m"]

@@ -268,7 +268,7 @@ def test_a_folder_of_motions_as_json(run, folder):
         assert row["used"][row["joint"] - 1] == row["worst"] <= 1.0
     assert [row["element"] for row in verdicts] == [row["element"] for row in found["dominance"]]
     assert all(len(row["verdicts"]) == 2 for row in verdicts)
-    for verb in ("simplify", "rank", "trade-off --quick"):
+    for verb in ("simplify", "rank-terms", "trade-off --quick"):
         assert run(f"{verb} two_link moves").code == 0
 
 

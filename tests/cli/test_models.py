@@ -119,7 +119,7 @@ def test_a_certified_budget_holds_in_the_whole_region(run, words, region):
 
 
 def test_the_ranking(run, here):
-    words = "rank puma560 pick-and-place"
+    words = "rank-terms puma560 pick-and-place"
     shown, told = run(f"{words} --top 8").out, run(f"{words} --json").json
     assert [term["term"] for term in told["terms"] if term["term"] in shown][:8] == of(
         told["terms"][:8], "term"
@@ -127,7 +127,7 @@ def test_the_ranking(run, here):
     assert told["terms"][8]["term"] not in shown
     assert 0 < told["needed_for_0.01"] < told["needed_for_0.001"]
     assert len(told["torque_uncertainty"]) == 6
-    told = run("rank two_link two-link-swing --level energy --json").json
+    told = run("rank-terms two_link two-link-swing --level energy --json").json
     assert set(of(told["terms"], "label")) == {"D'11", "D'12", "D'22", "U"}
     assert (told["torque_uncertainty"], told["states"]["trajectory"]) == (None, "two-link-swing")
 
@@ -361,18 +361,21 @@ def test_certified_along_a_trajectory_and_between_its_extremes(run):
 
 
 def test_compared_formulations(run, motion):
-    result, told = run("compare two_link gentle.csv"), run("compare two_link gentle.csv --json").json
+    result, told = (
+        run("formulations two_link gentle.csv"),
+        run("formulations two_link gentle.csv --json").json,
+    )
     for row in told["methods"]:
         assert f"{row['executed']['multiplications']} + {row['executed']['additions']}" in result.out
     assert told["agrees"]
-    told = run("compare two_link --payload 2,0,0,0 --json").json
+    told = run("formulations two_link --payload 2,0,0,0 --json").json
     assert "500 " in told["compared_at"]
     assert "2 kg" in told["provenance"]["payload"]
 
 
 @pytest.mark.slow
 def test_compared_in_symbols(run, listing):
-    told = run("compare two_link --symbolic --json").json
+    told = run("formulations two_link --symbolic --json").json
     assert told["text"]["D22"] == "l**2*m2/3"
     assert all(forms["is_the_text's"] for forms in told["methods"].values())
     assert listing() == set()

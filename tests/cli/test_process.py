@@ -203,7 +203,9 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_ours(here, number, delay
     command = [sys.executable, "-c", ready + PROGRAM]
     for delay in delays:
         work = subprocess.Popen(
-            [*command, "rank", "two_link", "two-link-swing"], stderr=subprocess.PIPE, stdout=subprocess.PIPE
+            [*command, "rank-terms", "two_link", "two-link-swing"],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.PIPE,
         )
         assert work.stdout.readline() == b"ready\n"
         time.sleep(delay)
@@ -226,7 +228,7 @@ def stopped(*_):
         {wrapped}
 from gd_analyze.cli.given import GivenRobot
 GivenRobot.load = stopped"""
-    done = process("rank two_link two-link-swing", before=begin)
+    done = process("rank-terms two_link two-link-swing", before=begin)
     assert (done.code, done.out) == (code, "")
     assert "bug" not in done.err
 
@@ -295,7 +297,7 @@ def test_without_a_terminal_long_work_tells_each_stage_in_a_line(process, motion
     assert told[:2] == ([] if quiet else ["reading", "decomposing"])
     assert told[-1:] == ([] if quiet else ["writing json"])
     assert "\x1b" not in done.err
-    assert process("rank two_link gentle.csv").err == ""
+    assert process("rank-terms two_link gentle.csv").err == ""
 
 
 @POSIX
@@ -324,6 +326,24 @@ def test_a_stage_that_goes_on_is_told_without_a_new_one(process):
     slow += "GivenRobot.load = lambda *a, **k: time.sleep(1.5) or load(*a, **k)"
     told = process("simplify two_link two-link-swing", before=slow, silent=0.5).err
     assert told.startswith("reading, after ")
+
+
+@POSIX
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_batch_tells_how_many_rows_are_done(on_terminal, process, here, terminal):
+    """Also of those that failed, or that an earlier run did."""
+    rows = ["two_link,two-link-swing,element", "two_link,none.csv,element", "two_link,two-link-swing,element"]
+    (here / "rows.csv").write_text("\n".join(["arm,trajectory,level", *rows, ""]))
+    words = "batch rows.csv --format none"
+    if terminal:
+        done, shown = on_terminal(words)
+        assert "3 of 3 rows" in shown
+    else:
+        told = process(words, silent=0, before="terminal.REPEATED_AFTER_SECONDS = 0")
+        counts = re.findall(r"^analysing, (.*), after \d+ s$", told.err, re.M)
+        assert counts == ["1 of 3 rows", "2 of 3 rows, 1 failed", "3 of 3 rows, 1 failed"]
+        done = process(words)
+    assert done.code == 1
 
 
 @POSIX

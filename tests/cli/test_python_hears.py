@@ -52,7 +52,7 @@ JOBS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
         "simplify a.toml --states 20 --at-set-points",
         lambda arm, _: gd.simplify(arm, gd.tables.states_in_box(arm, 20)),
     ),
-    "rank": ("rank a.toml m.csv", lambda arm, motion: rank_terms(exact(arm, motion))),
+    "rank-terms": ("rank-terms a.toml m.csv", lambda arm, motion: rank_terms(exact(arm, motion))),
     "trade-off": (
         "trade-off a.toml m.csv --quick",
         lambda arm, motion: gd.trade_off(exact(arm, motion), thorough=False),
@@ -67,7 +67,7 @@ JOBS: dict[str, tuple[str, Callable[[str, str], Any]]] = {
             saved(arm, motion), gd.types.Tube.along(saved(arm, motion).arm, gd.read_trajectory(motion, arm))
         ),
     ),
-    "decompose": ("compare a.toml m.csv", lambda arm, motion: gd.decompose(arm, motion)),
+    "decompose": ("formulations a.toml m.csv", lambda arm, motion: gd.decompose(arm, motion)),
     "plan": (
         "plan a.toml --from 0,0 --to 1rad,1rad --duration 2 -o made.csv",
         lambda arm, _: gd.plan(arm, [0.0, 0.0], [1.0, 1.0], 2.0),

@@ -17,9 +17,9 @@ from gd_analyze.tables import robustness, states_in_box
 @pytest.mark.parametrize(
     "verb",
     [
-        "rank two_link {}", "two_link {}", "columns two_link {}", "diagnose two_link {}",
+        "rank-terms two_link {}", "two_link {}", "columns two_link {}", "diagnose two_link {}",
         "identify two_link {}", "arms {}", "plan {} --from 0,0 --to 1,1 --duration 1", "equations {}",
-        "rank {} two-link-swing",
+        "rank-terms {} two-link-swing",
         "evaluate {} two-link-swing", "certify {}", "export {} --to c",
         "arms two_link --limits {}", "arms two_link --drive-inertia {}", "report {}", "batch {}",
     ],
@@ -63,18 +63,18 @@ def test_a_table_that_is_no_toml_is_sent_to_one_that_is(run, here, name):
 @pytest.mark.parametrize(
     ("words", "where"),
     [
-        ({"gravity": 9.81}, "--gravity"),
-        ({"gravity": "9.81"}, "--gravity"),
-        ({"gravity": [0.0, None, 9.81]}, "--gravity"),
-        ({"gravity": object()}, "--gravity"),
-        ({"gravity": True}, "--gravity"),
-        ({"drive_inertia": 0.1}, "--drive-inertia"),
-        ({"drive_inertia": np.array([0.1])}, "--drive-inertia"),
-        ({"lock": 3}, "--lock"),
-        ({"lock": np.array([1.0, 2.0])}, "--lock"),
-        ({"limits": 3}, "--limits"),
-        ({"limits": np.array([np.nan, 1.0])}, "--limits"),
-        ({"limits": {"knee": 1.0}}, "--limits"),
+        ({"gravity": 9.81}, "gravity"),
+        ({"gravity": "9.81"}, "gravity"),
+        ({"gravity": [0.0, None, 9.81]}, "gravity"),
+        ({"gravity": object()}, "gravity"),
+        ({"gravity": True}, "gravity"),
+        ({"drive_inertia": 0.1}, "drive_inertia"),
+        ({"drive_inertia": np.array([0.1])}, "drive_inertia"),
+        ({"lock": 3}, "lock"),
+        ({"lock": np.array([1.0, 2.0])}, "lock"),
+        ({"limits": 3}, "limits"),
+        ({"limits": np.array([np.nan, 1.0])}, "limits"),
+        ({"limits": {"knee": 1.0}}, "limits"),
     ],
 )
 def test_arguments_of_load_arm_say_what_to_give(words, where):
@@ -86,7 +86,7 @@ def test_arguments_of_load_arm_say_what_to_give(words, where):
 
 def test_numbers_come_as_any_collection():
     for gravity in ([0, 0, -1.62], (0, 0, -1.62), np.array([0, 0, -1.62]), "0,0,-1.62", iter([0, 0, -1.62])):
-        assert gd.load_arm("two_link", gravity=gravity).gravity.tolist() == [0.0, 0.0, -1.62]
+        assert gd.load_arm("two_link", gravity=gravity).gravity_vector.tolist() == [0.0, 0.0, -1.62]
     single = np.array([0.5, 0.25], dtype=np.float32)
     assert gd.load_arm("two_link", drive_inertia=single).drive_inertia.tolist() == [0.5, 0.25]
 

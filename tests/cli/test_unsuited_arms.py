@@ -23,8 +23,9 @@ NOTHING = RobotArm("nothing", (Joint("j"),), (Link("a", 0.0, np.zeros(3), np.zer
 MOTION = "time,q1,q2\n" + "\n".join(f"{0.1 * k},{0.01 * k * k},{0.02 * k * k}" for k in range(9))
 
 NEEDS_MASSES = (
-    "{} x.csv", "simplify {} x.csv -o m.json", "rank {} x.csv", "trade-off {} x.csv", "equations {}",
-    "equations {} --parameters", "equations {} --symbolic", "compare {}", "export {} --to c -o x.c",
+    "{} x.csv", "simplify {} x.csv -o m.json", "rank-terms {} x.csv", "trade-off {} x.csv", "equations {}",
+    "equations {} --parameters", "equations {} --symbolic", "formulations {}", "export {} --to c -o x.c",
+    "compare {0} {0}", "equations {} --at 0", "equations {} --parameters --symbolic",
     "figures {} x.csv -o drawn", "diagnose {} x.csv",
     "simplify {} --states 9 -o m.json", "{} x.csv --payload 1,0,0,0",
 )  # fmt: skip
@@ -87,7 +88,7 @@ def test_inertia_without_mass_and_mass_without_inertia_are_masses():
         ("equations ten.toml", 2),
         ("plan ten.toml --from 0,0,0,0,0,0,0,0,0,0 --to 9,9,9,9,9,9,9,9,9,9 --duration 2 -o made.csv", 0),
         ("simplify ten.toml --states 9 --limits all=1 -o m.json", 2),
-        ("rank ten.toml --states 9 --limits all=1", 2),
+        ("rank-terms ten.toml --states 9 --limits all=1", 2),
     ],
 )
 def test_the_limit_of_eight_joints_is_named_at_once(run, here, verb, code):
@@ -114,7 +115,7 @@ def test_eight_joints_with_axes_askew_are_answered_or_refused_in_little_memory(h
         ("simplify askew.toml x.csv -o m.json", 2),
         ("export askew.toml --to c -o x.c", 0),
         ("equations askew.toml", 2),
-        ("rank askew.toml x.csv", 2),
+        ("rank-terms askew.toml x.csv", 2),
     ]
     for verb, code in verbs:
         done = subprocess.run(

@@ -41,7 +41,7 @@ def test_a_suspicion_is_a_warning(run, here, robot, motion, says):
 def test_a_log_of_an_arm_that_stands_still_says_so(run, here, noise):
     q = [0.3, 0.2] + noise * np.random.default_rng(3).normal(size=(400, 2))
     np.savetxt(here / "m.csv", np.column_stack([np.arange(400) / 100, q]), delimiter=",")
-    for verb in ("columns", "rank"):
+    for verb in ("columns", "rank-terms"):
         result = run(f"{verb} two_link m.csv --map time=#1 --map q=#2..#3")
         assert (result.code, "stands still" in result.err) == (0, True)
 

@@ -112,7 +112,7 @@ def test_a_zero_and_gravity_of_a_planar_arm_are_one(good, two_link, round_off, a
     assert is_same(*found.causes, *found.rivals)
     gravity = found.rivals[0].correction.gravity
     assert gravity is not None
-    size = float(np.linalg.norm(two_link.gravity))
+    size = float(np.linalg.norm(two_link.gravity_vector))
     # By a degree, the error of such an angle in a log with noise.
     assert abs(gravity[1] / size + np.cos(angle)) < np.radians(1.0)
 

@@ -276,7 +276,7 @@ def test_the_file_of_another_arm_is_doubted(robot, good, two_link):
 @pytest.mark.slow
 def test_another_mounting(robot, two_link):
     """An arm that hangs from the ceiling, and one that compensates its gravity."""
-    for made, wanted in ((ceiling, -two_link.gravity), (compensated, np.zeros(3))):
+    for made, wanted in ((ceiling, -two_link.gravity_vector), (compensated, np.zeros(3))):
         log, *_ = made(robot)
         found = gd.diagnose(two_link, log)
         # The zero of a first joint whose axis is level is the same.

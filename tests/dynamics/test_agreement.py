@@ -21,7 +21,7 @@ import gd_analyze as gd
 from gd_analyze import load_arm
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_base, newton_euler_link
-from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import inertial_parameters, link_regressor, parameters_of
 from gd_analyze.dynamics.methods import METHODS
 from gd_analyze.dynamics.pinocchio_check import (
     COMPARED_QUANTITIES,
@@ -125,7 +125,7 @@ def test_the_regressor_is_pinocchios(case):
     """Column by column; Pinocchio's are of the joint's frame, in which our parameters are moved ones."""
     arm, states = case
     n = arm.n_joints
-    per_unit = regressor(arm, *states.last)
+    per_unit = link_regressor(arm, *states.last)
     torque = np.einsum("ispn,sp->in", per_unit, parameters_of(arm))
     # Inertia about the origin is that about the centre of mass and m r r, taken off again by the first
     # moments' share: twice the bound of either program, and each is off by as much as two formulations are.
@@ -140,7 +140,7 @@ def test_the_regressor_is_pinocchios(case):
     first = np.linalg.norm(arm.joints[0].placement.translation)
     reach = 1.0 + arm.reach + np.abs(states.q).sum(axis=1).max() + first
     velocities, accelerations = (np.abs(x).sum(axis=1).max() for x in (states.qd, states.qdd))
-    size = reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity))
+    size = reach**2 * (3 * velocities**2 + accelerations + np.linalg.norm(arm.gravity_vector))
     for found, q, qd, qdd in zip(np.moveaxis(per_unit, -1, 0), *states.arrays, strict=True):
         theirs = pin.computeJointTorqueRegressor(model, data, q, qd, qdd).reshape(n, n, 10)
         assert np.abs(np.einsum("isk,skp->isp", theirs, moved) - found).max() <= 80 * n * EPS * size

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import gd_analyze as gd
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics import newton_euler_regrouped
-from gd_analyze.dynamics.base_parameters import parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import link_regressor, parameters_of
 from gd_analyze.dynamics.newton_euler_link import torque as torque_of_links
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.regrouped_links import regrouped
@@ -31,7 +31,7 @@ def stacked(base: BaseParameters, count: int = 40) -> FloatArray:
     """Rows of joints and states; columns of all parameters, those of drives last if they count."""
     arm, n = base.arm, base.arm.n_joints
     states = random_states(n, count, 0)
-    columns = np.moveaxis(regressor(arm, *states.last), -1, 1).reshape(n * count, 10 * n)
+    columns = np.moveaxis(link_regressor(arm, *states.last), -1, 1).reshape(n * count, 10 * n)
     if not base.drives:
         return columns
     drives = np.einsum("ij,jn->inj", np.eye(n), states.qdd.T).reshape(n * count, n)
@@ -76,7 +76,7 @@ def numbers(base: BaseParameters, of: str = "number") -> FloatArray:
 def test_they_are_minimal_and_the_recursion_needs_nothing_else(arm, drives):
     """Links that have base parameters only, all else zero, ask for the torque of the arm."""
     arm = with_drives(arm)
-    base = gd.tables.base_parameters(arm, drives)
+    base = gd.base_parameters(arm, drives)
     assert_minimal(base)
     states = random_states(arm.n_joints, 6, 1)
     with pytest.MonkeyPatch.context() as patch:
@@ -110,8 +110,8 @@ def bare(arm: RobotArm, base: BaseParameters):
 @of_every_turn()
 @given(st.one_of(arms(max_joints=6), arms_with_runs()))
 def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
-    base = gd.tables.base_parameters(with_drives(arm))
-    without = gd.tables.base_parameters(arm)
+    base = gd.base_parameters(with_drives(arm))
+    without = gd.base_parameters(arm)
     parameters = parameters_of(arm)
     scale = np.abs(without.matrix * parameters).sum(axis=(1, 2))
     # Each is some dozen products, carried along the arm one way and the other.
@@ -130,7 +130,7 @@ def test_the_numbers_are_the_map_of_the_arms_parameters(arm):
 )
 def test_counts_of_the_arms_supplied(name, counts):
     for drives, count in enumerate(counts):
-        base = gd.tables.base_parameters(name, bool(drives))
+        base = gd.base_parameters(name, bool(drives))
         assert len(base) == count
         assert_minimal(base)
 
@@ -143,16 +143,14 @@ def test_a_general_arm_of_seven_joints_has_43():
         before, behind = standard_placements("revolute", DHRow(0.0, offsets[i], 0.0, np.deg2rad(twist)))
         joints.append(Joint(str(i + 1), "revolute", before))
         links.append(Link(str(i + 1), 1.0, rng.uniform(-0.1, 0.1, 3), random_inertia(rng), behind))
-    base = gd.tables.base_parameters(
-        RobotArm("lbr", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81]))
-    )
+    base = gd.base_parameters(RobotArm("lbr", tuple(joints), tuple(links), np.array([0.0, 0.0, -9.81])))
     assert len(base) == 43
     assert_minimal(base)
 
 
 def test_a_scara_by_name():
     """All axes are parallel: of each turn what is about it, of the slide what it lifts."""
-    base = gd.tables.base_parameters(scara())
+    base = gd.base_parameters(scara())
     assert [one.symbol for one in base] == ["PXX1", "MX2", "MY2", "PXX2", "M3", "MX4", "MY4", "PXX4"]
     assert base["M3"].combination == ((1.0, "m", 3), (1.0, "m", 4))
     assert base["M3"].number == base["M3"].translation == pytest.approx(1.5, rel=1e-15)
@@ -164,7 +162,7 @@ def test_a_scara_by_name():
 
 
 def test_the_pumas_by_name(puma):
-    base = gd.tables.base_parameters(puma)
+    base = gd.base_parameters(puma)
     forearm = [("mx", 2), *(("m", link) for link in (3, 4, 5, 6))]
     assert [share[1:] for share in base["MX2"].combination] == forearm
     assert [share[0] for share in base["MX2"].combination] == pytest.approx([1.0, *[0.4318] * 4])
@@ -181,7 +179,7 @@ def test_the_pumas_by_name(puma):
 @pytest.mark.parametrize(("gravity", "at_least", "at_most"), [([0.0, 9.81, 0.0], 38, 38), ([0, 0, 0], 1, 35)])
 def test_gravity_decides_what_first_moments_act(puma, gravity, at_least, at_most):
     """Across the first axis it acts on MX1 and MY1; without it nothing but turning tells of them."""
-    base = gd.tables.base_parameters(dataclasses.replace(puma, gravity=np.array(gravity, dtype=float)), False)
+    base = gd.base_parameters(dataclasses.replace(puma, gravity_vector=np.array(gravity, dtype=float)), False)
     assert at_least <= len(base) <= at_most
     assert ({"MX1", "MY1"} < {one.symbol for one in base}) == any(gravity)
     assert_minimal(base)
@@ -198,9 +196,7 @@ def test_the_size_of_the_arm_does_not_matter(puma, size):
 
     joints, links = grown(puma.joints, "placement"), grown(puma.links, "frame")
     arm = dataclasses.replace(puma, joints=joints, links=links, dh_table=())
-    found, usual = (
-        [[s[1:] for s in one.combination] for one in gd.tables.base_parameters(x)] for x in (arm, puma)
-    )
+    found, usual = ([[s[1:] for s in one.combination] for one in gd.base_parameters(x)] for x in (arm, puma))
     assert found == usual
 
 
@@ -210,13 +206,13 @@ def test_a_gantry_is_masses():
     joints = tuple(Joint(str(i), "prismatic", axis=axis) for i, axis in enumerate(axes, 1))
     links = tuple(Link(str(i), float(i), np.full(3, 0.1), 0.1 * np.eye(3)) for i in (1, 2, 3))
     gantry = RobotArm("gantry", joints, links)
-    base = gd.tables.base_parameters(gantry)
+    base = gd.base_parameters(gantry)
     assert [one.symbol for one in base] == ["M1", "M2", "M3"]
     assert base.acting_alone == (("m", 1), ("m", 2), ("m", 3))
     assert {one.unit for one in base} == {"kg"}
     assert_minimal(base)
     # Only against gravity are links heavier than their drives.
-    driven = gd.tables.base_parameters(with_drives(gantry))
+    driven = gd.base_parameters(with_drives(gantry))
     assert [one.symbol for one in driven] == ["M1", "M2", "M3", "J3"]
     assert driven["M2"].combination == ((1.0, "m", 2), (1.0, "J", 2))
     assert_minimal(driven)

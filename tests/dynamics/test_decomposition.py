@@ -168,7 +168,7 @@ def test_the_largest_numbers_do_not_overflow(two_link):
     """All numbers of the arm and of its states at the limit: nothing becomes infinite on the way."""
     far = np.full(3, LARGEST)
     link = Link("most", LARGEST, far, LARGEST * np.eye(3), Placement(np.eye(3), far))
-    arm = dataclasses.replace(two_link, links=(link, link), gravity=far)
+    arm = dataclasses.replace(two_link, links=(link, link), gravity_vector=far)
     states = LARGEST * np.random.default_rng(3).uniform(-1, 1, (3, 4, 2))
     for array in gd.tables.decompose_states(arm, gd.types.States(*states), by_link=True, terms=True).values():
         assert np.isfinite(np.square(array)).all()

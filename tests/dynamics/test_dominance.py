@@ -147,7 +147,7 @@ def test_ranking_is_by_torque_share():
 def test_joints_without_torque_get_no_share(two_link):
     still = np.zeros((3, 2))
     rest = gd.Trajectory(np.arange(3.0), still, still, still)
-    ranking = gd.rank(gd.decompose(dataclasses.replace(two_link, gravity=np.zeros(3)), rest))
+    ranking = gd.rank(gd.decompose(dataclasses.replace(two_link, gravity_vector=np.zeros(3)), rest))
     assert set(ranking.verdict.values) == {"negligible", "zero"}
     assert not ranking.torque_peak.values.any()
     # A flange that turns about its own axis, at rest and level: its torque is round-off, not a joint's peak.

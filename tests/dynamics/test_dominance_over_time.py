@@ -87,6 +87,7 @@ def test_shares_sum_to_one_and_needed_parts_to_those_of_the_motion(case):
 
 # What represents an element over the motion, and at a set point where it counts.
 WITHIN = {
+    "gravity": {"gravity"},
     "translation": {"translation"},
     "rotation": {"rotation"},
     "both": {"translation", "rotation", "both"},

@@ -68,7 +68,7 @@ def test_a_joint_without_mass_is_named_and_its_drive_helps(two_link):
     with pytest.raises(ArmError, match=r"singular.* joint 3 \(idle\)") as caught:
         require_positive_definite(arm, at([0.1, 0.2, 0.3]), drives=False)
     assert caught.value.details["where"].endswith("link nothing")
-    assert "--lock idle=0" in caught.value.details["next"]
+    assert "`lock='idle=0'`" in caught.value.details["next"]
 
 
 def test_sliding_far_is_not_singular(two_link):
@@ -76,7 +76,7 @@ def test_sliding_far_is_not_singular(two_link):
     rail, along = Link("rail", 5.0, np.zeros(3), 0.1 * np.eye(3)), np.eye(3)[0]
     small = dataclasses.replace(two_link.links[1], mass=1e-3, com=np.zeros(3), inertia_com=1e-7 * np.eye(3))
     joints = (Joint("rail", "prismatic", axis=along), *two_link.joints)
-    arm = gd.types.RobotArm("on rails", joints, (rail, two_link.links[0], small), two_link.gravity)
+    arm = gd.types.RobotArm("on rails", joints, (rail, two_link.links[0], small), two_link.gravity_vector)
     require_positive_definite(arm, at([1000.0, 0.2, 0.3], [-1000.0, 0.3, 0.4]), drives=False)
 
 

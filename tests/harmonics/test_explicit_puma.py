@@ -123,9 +123,9 @@ def test_the_shipped_arm_has_the_printed_constants(puma):
         assert abs(found[name] - expected[name]) <= far[name], name
 
 
-def test_the_table_of_the_documentation_is_true(puma):
+def test_the_table_of_the_study_is_true(puma):
     found, _ = identified(puma)
-    page = Path(__file__).parents[2] / "docs" / "puma560.md"
+    page = Path(__file__).parents[2] / "analysis" / "explicit_puma_560.md"
     cells = re.findall(r"\b([Ig]\d+) \| (\S+) \| (\S+)", page.read_text("utf-8"))
     order = [name for pair in zip(NAMES[:14], NAMES[14:], strict=True) for name in pair]
     assert cells == [(name, PRINTED[name], number(found[name])) for name in order]

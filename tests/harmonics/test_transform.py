@@ -156,7 +156,7 @@ def test_the_puma_collapses_to_few_terms(puma):
 
 
 def test_nothing_with_mass_and_nothing_that_falls(two_link):
-    floating = harmonics_of(dataclasses.replace(two_link, gravity=np.zeros(3)))
+    floating = harmonics_of(dataclasses.replace(two_link, gravity_vector=np.zeros(3)))
     assert len(floating.potential) == 0
     assert floating.gap > 1e3
     empty = {"mass": 0.0, "com": np.zeros(3), "inertia_com": np.zeros((3, 3))}

@@ -31,4 +31,4 @@ def generic_chain(n: int) -> RobotArm:
         joints.append(Joint(str(i + 1), placement=before))
         links.append(Link(str(i + 1), 1.0 + 0.1 * i, random.uniform(-0.1, 0.1, 3), inertia, behind))
     gravity, title = np.array([1.0, 2.0, -9.5]), f"Generic chain of {n} joints"
-    return RobotArm(f"chain{n}", tuple(joints), tuple(links), gravity=gravity, title=title)
+    return RobotArm(f"chain{n}", tuple(joints), tuple(links), gravity_vector=gravity, title=title)

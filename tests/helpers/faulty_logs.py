@@ -268,7 +268,7 @@ def zero_of_any(robot: Robot) -> Made:
 
 
 def _mounted(robot: Robot, gravity: FloatArray) -> Made:
-    torque = robot.noisy(robot.torque(replace(robot.arm, gravity=gravity)))
+    torque = robot.noisy(robot.torque(replace(robot.arm, gravity_vector=gravity)))
     log = robot.log(robot.time, robot.states.q, torque)
 
     def told(found: Candidate) -> bool:
@@ -285,12 +285,12 @@ def _mounted(robot: Robot, gravity: FloatArray) -> Made:
 
 def ceiling(robot: Robot) -> Made:
     """An arm that hangs."""
-    return _mounted(robot, -robot.file.gravity)
+    return _mounted(robot, -robot.file.gravity_vector)
 
 
 def tilted(robot: Robot) -> Made:
     """An arm tilted by 25 to 90 degrees."""
-    down = robot.file.gravity / np.linalg.norm(robot.file.gravity)
+    down = robot.file.gravity_vector / np.linalg.norm(robot.file.gravity_vector)
     across = np.cross(down, robot.rng.normal(size=3))
     angle = np.radians(robot.rng.uniform(25.0, 90.0))
     leaning = np.cos(angle) * down + np.sin(angle) * across / np.linalg.norm(across)

@@ -110,7 +110,7 @@ def two_bodies(elbow: str = "", after: str = "") -> str:
 def raw_torque(path: Path, arm: RobotArm, states: States, held: Mapping[str, float] | None = None) -> Any:
     """Torques by Pinocchio's rnea of the file as it is: all its joints, those not of the arm held."""
     model = (pin.buildModelFromUrdf if path.suffix == ".urdf" else pin.buildModelFromMJCF)(str(path))
-    model.gravity.linear = np.array(arm.gravity)
+    model.gravity.linear = np.array(arm.gravity_vector)
     model.armature = np.zeros(model.nv)  # of the drives, not of the links
     data, torques = model.createData(), []
     ids = [model.getJointId(one.name) for one in arm.joints]

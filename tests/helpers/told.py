@@ -11,6 +11,7 @@ class Told(gd.types.Progress):
     def __init__(self) -> None:
         self.stages: list[tuple[str, int | None]] = []
         self.steps: list[list[int]] = []  # of each stage
+        self.counts: list[str] = []
 
     def stage(self, label: str, total: int | None = None) -> None:
         self.stages.append((label, total))
@@ -18,3 +19,6 @@ class Told(gd.types.Progress):
 
     def advance(self, steps: int = 1) -> None:
         self.steps[-1].append(steps)
+
+    def counted(self, count: str) -> None:
+        self.counts.append(count)

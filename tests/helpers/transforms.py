@@ -70,7 +70,7 @@ def potential_energy(arm: RobotArm, q: Array) -> Array:
     """- sum_s m_s g . r_s, shape (N,)."""
     points = np.array([np.append(link.com, 1.0) for link in arm.links])
     com = np.einsum("sNab,sb->sNa", link_frames(arm, q), points)[..., :3]
-    return -np.einsum("s,a,sNa->N", arm.mass, arm.gravity, com)
+    return -np.einsum("s,a,sNa->N", arm.mass, arm.gravity_vector, com)
 
 
 def kinetic_energy(arm: RobotArm, q: Array, qd: Array) -> Array:

@@ -93,7 +93,7 @@ def test_constants_off_by_two_are_doubted(puma, sound, factor):
 
 @pytest.mark.slow
 def test_an_arm_that_hangs_is_refused(puma, true, states):
-    hanging = replace(true, arm=replace(true.arm, gravity=-true.arm.gravity))
+    hanging = replace(true, arm=replace(true.arm, gravity_vector=-true.arm.gravity_vector))
     with pytest.raises(UsageError, match="ceiling"):
         quietly(puma, hanging.log(*states))
     assert any("ceiling" in text for text in quietly(puma, hanging.log(*states), anyway=True).doubts)

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 import gd_analyze as gd
-from gd_analyze import exciting_motion
+from gd_analyze import base_parameters, exciting_motion
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.base_parameters import link_regressor
 from gd_analyze.errors import GdAnalyzeWarning, TorqueLimitWarning, TrajectoryError, UsageError
 from gd_analyze.identification.expected_equations import ExpectedEquations
 from gd_analyze.identification.fourier_series import FourierSeries
 from gd_analyze.robots.limits import box_limits
-from gd_analyze.tables import base_parameters
 from gd_analyze.types import Drive, Workspace
 from long_cases import long
 
@@ -40,7 +39,7 @@ def dense(request: pytest.FixtureRequest) -> tuple[gd.types.RobotArm, gd.Plan]:
 def told(arm: gd.types.RobotArm, states: FloatArray) -> float:
     """Log of the determinant for the links alone, q, qd and qdd of shape (3, n, N)."""
     base = base_parameters(arm, drives=False).matrix.reshape(-1, 10 * arm.n_joints)
-    rows = regressor(arm, *states).reshape(arm.n_joints, 10 * arm.n_joints, -1)
+    rows = link_regressor(arm, *states).reshape(arm.n_joints, 10 * arm.n_joints, -1)
     columns = np.einsum("ipN,pk->iNk", rows, np.linalg.pinv(base)).reshape(-1, len(base))
     return float(2.0 * np.log(np.linalg.svd(columns, compute_uv=False)).sum())
 
@@ -216,7 +215,7 @@ def test_a_long_motion_repeats_a_shorter_one(two_link):
 
 def test_an_arm_without_gravity_or_limits(two_link):
     joints = tuple(dataclasses.replace(joint, acceleration_limit=None) for joint in two_link.joints)
-    floating = dataclasses.replace(two_link, gravity=np.zeros(3), joints=joints)
+    floating = dataclasses.replace(two_link, gravity_vector=np.zeros(3), joints=joints)
     with pytest.warns(GdAnalyzeWarning, match="acceleration"):
         made = exciting_motion(floating, DURATION)
     # Fewer numbers act then, and those that do are told.

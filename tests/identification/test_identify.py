@@ -11,7 +11,7 @@ import pytest
 import gd_analyze as gd
 from gd_analyze import Trajectory
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.base_parameters import parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import link_regressor, parameters_of
 from gd_analyze.errors import GdAnalyzeWarning, UsageError
 from gd_analyze.identification.consistent import pseudo_inertias
 from gd_analyze.identification.doubts import scale_error
@@ -81,7 +81,7 @@ def test_columns_of_links_are_pinocchios(puma, motion):
         q, qd, qdd = (x[row] for x in states.arrays)
         theirs = pin.computeJointTorqueRegressor(model, data, q, qd, qdd)
         parameters = np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
-        ours = regressor(puma, q[:, None], qd[:, None], qdd[:, None])[..., 0].reshape(6, -1)
+        ours = link_regressor(puma, q[:, None], qd[:, None], qdd[:, None])[..., 0].reshape(6, -1)
         torque = ours @ parameters_of(puma).ravel()
         # Both sum the same torques in another order: a thousand roundings of the largest.
         np.testing.assert_allclose(torque, theirs @ parameters, rtol=0, atol=1e3 * EPS * np.abs(torque).max())
@@ -124,7 +124,7 @@ def test_torques_of_another_motion_are_met_to_the_noise(puma, true, found, motio
 
 def test_the_arm_is_the_parameters_stated(puma, found):
     """Base parameters of the arm written are those identified: to round-off."""
-    stated = np.array([one.number for one in gd.tables.base_parameters(found.arm, drives=True)])
+    stated = np.array([one.number for one in gd.base_parameters(found.arm, drives=True)])
     sizes = np.abs(base_matrix(puma)[1]) @ found.estimate.sizes[:66]
     assert (np.abs(stated - values(found)) <= 1e3 * EPS * sizes).all()
 
@@ -233,7 +233,7 @@ def test_uncertainty_is_that_of_the_base_parameters(puma, found, motion):
     """The torque's standard uncertainty from the arm's spread is that from the covariance, row by row."""
     _, fresh = fourier(puma, 6.0, 5.0, 2)
     stated = gd.tables.torque_uncertainty(found.arm, fresh, drives=True)
-    rows = regressor(puma, *fresh.last).reshape(6, 60, -1)
+    rows = link_regressor(puma, *fresh.last).reshape(6, 60, -1)
     drives = np.einsum("ij,jn->ijn", np.eye(6), fresh.qdd.T)
     per_unit = np.concatenate([rows, drives], axis=1)
     estimate = found.estimate

@@ -105,4 +105,4 @@ def test_a_table_of_very_many_columns_is_refused_in_about_a_second(read):
 def test_another_format_is_no_corrupt_row(read):
     with pytest.raises(TrajectoryError) as caught:
         read("time,pos1,pos2\n" + "0,1,2\n" + "0.1,x,2\n" * 1500, ARM)
-    assert "--drop-rows" not in caught.value.details["next"]
+    assert "drop_rows" not in caught.value.details["next"]

@@ -99,7 +99,7 @@ def test_currents_become_torques(tmp_path, puma):
     np.testing.assert_allclose(logged.torque, 2.0 * SHAPES * [10, 10.7, 8.5, 9, 9.5, 10.1])
     with pytest.raises(GdAnalyzeError, match="found: 2"):
         read_log(tmp_path / "log.csv", puma, Reading.of(map=pairs, torque_constant="1,2"))
-    with pytest.raises(GdAnalyzeError, match=r"--map 'torque=current_\*'"):
+    with pytest.raises(GdAnalyzeError, match=r"map='torque=current_\*'"):
         read_log(tmp_path / "log.csv", puma, Reading.of(map=["torque=none"], torque_constant="1,2,3,4,5,6"))
     with pytest.raises(GdAnalyzeError, match="another word"):
         Reading.of(torque_constant="1,x")

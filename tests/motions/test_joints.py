@@ -160,7 +160,7 @@ TWO_TORQUES = "time,q1,tau_a_1,tau_b_1\n0,1,2,3\n0.1,1,2,3\n"
 # Content, names of joints, what is asked for, and what the message must name.
 CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "names that disagree": (log_of("joint_a1 joint_a2 joint_a3"), UR[:3], {}, "found: joint_a1, joint_a2"),
-    "a joint too few": (log_of("q1 q2"), UR[:3], {}, "--map 'q:elbow_joint=COLUMN'"),
+    "a joint too few": (log_of("q1 q2"), UR[:3], {}, "--map q:elbow_joint=COLUMN"),
     "two topics": (
         log_of(TWO_TOPICS),
         UR[:2],
@@ -189,7 +189,7 @@ CASES: dict[str, tuple[str, Sequence[str], dict[str, object], str]] = {
     "a column of two": ("time,a,a\n0,1,2\n1,1,2\n", ["hip"], {"map": ["q:hip=a"]}, "#2"),
     "no such joint": (log_of("q1"), ["hip"], {"map": ["q:hipp=q1"]}, "did you mean hip?"),
     "no such role": (log_of("q1"), ["hip"], {"map": ["speed:hip=q1"]}, "with :JOINT"),
-    "some joints only": (log_of("q1 q2 a"), UR[:2], {"map": ["qd:1=a"]}, "--map 'qd:shoulder_lift_joint="),
+    "some joints only": (log_of("q1 q2 a"), UR[:2], {"map": ["qd:1=a"]}, "--map qd:shoulder_lift_joint="),
     "degrees of a joint that slides": (log_of("q1_deg q2"), ["slide", "turn"], {}, "line 1, column 2"),
     "a list that is too short": (
         log_of("q1 q2 a"),

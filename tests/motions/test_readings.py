@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import welch
 
 import gd_analyze as gd
 from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, UsageError
-from gd_analyze.motions.cutoff import passed
+from gd_analyze.motions.cutoff import passed, power
 from gd_analyze.motions.smoothing import noise_of
 from gd_analyze.motions.spline import smoothed
 from recordings import Motion, instants, readings, rms
@@ -36,6 +37,15 @@ def rows_at(time, **treatment):
     rows = np.arange(float(len(time)))[:, None] * [1.0, 0.0]
     log = readings(np.asarray(time, dtype=float), rows, qd=0 * rows, measured=False)
     return made(log, **treatment)
+
+
+@pytest.mark.parametrize("piece", [100, 101])
+def test_a_spectrum_is_that_of_scipy(piece):
+    rows = np.random.default_rng(0).normal(size=1000)
+    frequency, density = welch(100 * np.diff(rows), 100, "hann", nperseg=piece, detrend="constant")
+    expected = density / np.sinc(frequency / 100) ** 2
+    # Sums of a hundred numbers: their rounding.
+    np.testing.assert_allclose(power(np.arange(1000) / 100, rows, 100, 1, piece), expected, rtol=1e-13)
 
 
 def test_rows_are_put_in_the_order_of_time_and_one_instant_has_one():
@@ -235,7 +245,7 @@ def test_a_given_cutoff_is_taken():
     for cutoff, shown in ((40.0, "40.0 Hz"), ((1.0, 2.0, 3.0), "3")):
         with pytest.raises(TrajectoryError) as error:
             made(log, cutoff=cutoff)
-        assert (error.value.details["where"], error.value.details["found"]) == ("--cutoff", shown)
+        assert (error.value.details["where"], error.value.details["found"]) == ("cutoff", shown)
 
 
 def test_nothing_is_smoothed_across_a_gap():

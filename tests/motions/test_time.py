@@ -124,7 +124,11 @@ CASES: dict[str, tuple[str, dict[str, object], str]] = {
         "found: time in ms",
     ),
     "an epoch of six digits": (table("time", ["1.7e+09"] * 9), {}, "found: 1700000000"),
-    "a unit for dates": (table("time", ["2025-03-04T10:00:00Z"]), {"map": ["time=:ms"]}, "omit --map time"),
+    "a unit for dates": (
+        table("time", ["2025-03-04T10:00:00Z"]),
+        {"map": ["time=:ms"]},
+        "omit the unit",
+    ),
     "a rate for dates": (
         table("time", ["2025-03-04T10:00:00Z"]),
         {"map": ["time=time:9Hz"]},
@@ -149,7 +153,7 @@ def test_whole_numbers_are_dates_only_with_steps_of_a_log(step, start, unit):
     path.write_text(table("time", [first + k * step for k in range(9)]))
     with pytest.raises(TrajectoryError) as caught:
         read_log(path, ONE)
-    assert "--map time=time:" in caught.value.details["next"]
+    assert "`map='time=time:" in caught.value.details["next"]
 
 
 @pytest.mark.parametrize(
@@ -223,7 +227,7 @@ def test_the_rate_that_a_log_states_is_proposed_and_never_taken(columns, head, n
 def test_a_number_beside_arrays_may_state_the_rate(tmp_path):
     path = tmp_path / "log.npz"
     np.savez(path, q=np.random.default_rng(0).normal(size=(50, 2)), fs=np.float64(125.0), n=3)
-    with pytest.raises(TrajectoryError, match=r'--map time=125Hz, as "fs = 125\.0" says'):
+    with pytest.raises(TrajectoryError, match=r'`map=\'time=125Hz\'`, as "fs = 125\.0" says'):
         read_log(path, arm_of("hip", "knee"))
     logged = read_log(path, arm_of("hip", "knee"), Reading.of(map=["time=125Hz"]))
     np.testing.assert_allclose(logged.time, np.arange(50) / 125.0)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import TrajectoryError, in_options
 from gd_analyze.motions.units_by_numbers import joint_in_degrees, units_of_factors, usual_reach
 from gd_analyze.motions.velocities import derivative_factors
 from log_arms import arm_of
@@ -108,8 +108,8 @@ def test_a_count_of_samples_is_asked_for_with_the_rate_that_velocities_tell(log)
     path = log(text(np.arange(1500), Q, QD, "sample,pos_1,pos_2,vel_1,vel_2"))
     with pytest.raises(TrajectoryError) as caught:
         gd.read_log(path, ARM)
-    assert caught.value.details["next"].startswith("--map time=sample:250Hz")
-    ((words, _),) = remedies(caught.value.details["next"])
+    assert caught.value.details["next"].startswith("`map='time=sample:250Hz'`")
+    ((words, _),) = remedies(in_options(caught.value.details["next"]))
     np.testing.assert_allclose(gd.read_log(path, ARM, typed(words)).time, TIME, atol=1e-12)
 
 

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gd_analyze import read_log, read_trajectory
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, in_options
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.names import column_name
 from gd_analyze.motions.vocabulary import meanings_of
@@ -61,7 +61,9 @@ def test_an_unknown_word_beside_a_joint_is_no_position(tmp_path_factory, word, p
         path.write_text(log_with(names))
         with pytest.raises(TrajectoryError) as caught:
             read_log(path, arm)
-        options = [words for words, complete in remedies(caught.value.details["next"]) if complete]
+        options = [
+            words for words, complete in remedies(in_options(caught.value.details["next"])) if complete
+        ]
         if not options:  # a quantity that is known, and is no position: temperature, current
             assert not column_name(names[0], JointNames({})).is_unclear
             return

@@ -19,10 +19,10 @@ from gd_analyze.report.element_details import element_details
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
 from gd_analyze.result import Fact
-from gd_analyze.results.model_facts import H_NOTE, TORQUE_ONLY, headline, structure_note
+from gd_analyze.results.model_facts import FEEDFORWARD_ONLY, H_NOTE, headline, structure_note
 from gd_analyze.results.run_facts import elements_by_verdict, notes, notices, stop_rows
 from gd_analyze.simplification.torque_program import ROUGH, torque_program
-from gd_analyze.text import number
+from gd_analyze.text import percent
 from gd_analyze.types import Findings
 from page_reader import Page
 
@@ -209,12 +209,15 @@ def test_h_and_gamma_are_explained_before_the_equations(puma_findings: Findings)
     assert gamma is not None
     assert gamma < 1.0
     words = " ".join(Page(page_of(main_report(puma_findings))).text.split())
-    places = [words.index(said) for said in (H_NOTE, f"Gamma {number(gamma)} =", "those not listed are zero")]
+    places = [
+        words.index(said)
+        for said in (H_NOTE, f"Mass matrix within {percent(gamma)}", "those not listed are zero")
+    ]
     assert places == sorted(places)
     unfit = dataclasses.replace(model, accuracy=dataclasses.replace(model.accuracy, gamma=1.5))
-    assert TORQUE_ONLY in structure_note(unfit)
-    assert TORQUE_ONLY.capitalize() in headline(unfit)
-    assert TORQUE_ONLY not in structure_note(model) + headline(model)
+    assert FEEDFORWARD_ONLY in structure_note(unfit)
+    assert FEEDFORWARD_ONLY.capitalize() in headline(unfit)
+    assert FEEDFORWARD_ONLY not in structure_note(model) + headline(model)
 
 
 def test_every_position_errs_as_the_table_says(puma_findings: Findings) -> None:

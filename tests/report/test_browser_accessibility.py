@@ -13,7 +13,7 @@ from gd_analyze import load_arm
 from gd_analyze.report.document import result_document
 from gd_analyze.report.html import page_of
 from gd_analyze.report.main_report import main_report
-from gd_analyze.studies.comparison import comparison
+from gd_analyze.studies.formulations import formulations_compared
 from gd_analyze.types import Findings
 from long_cases import long
 
@@ -39,7 +39,7 @@ def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) ->
 
 def test_no_rule_is_broken_by_a_comparison(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "comparison.html"
-    path.write_text(page_of(result_document(comparison(load_arm("two_link")))), encoding="utf-8")
+    path.write_text(page_of(result_document(formulations_compared(load_arm("two_link")))), encoding="utf-8")
     with opened(browser, path, color_scheme="dark") as tab:
         tab.unfold()
         assert violations(tab) == []

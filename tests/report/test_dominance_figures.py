@@ -13,7 +13,7 @@ from gd_analyze.figures.dominance import dominance_figure
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.svg import panel_svg
 from gd_analyze.report.main_report import JSON, main_result
-from gd_analyze.results.rows import changes_text, dominance_note, effect_of, element_rows
+from gd_analyze.results.rows import changes_text, dominance_note, element_rows
 from gd_analyze.results.verdict_lists import LISTS
 from recordings import swung
 
@@ -32,9 +32,7 @@ def test_cells_are_the_verdicts_and_tell_the_numbers(puma_findings):
     rows = {row["element"]: row["verdict"] for row in element_rows(puma_findings)}
     assert [marks[k + 0.75] for k in range(len(labels))] == [LETTERS[rows[label]] for label in labels]
     listed = main_result(puma_findings, JSON).values()["verdicts"]
-    assert {label: name for name in LISTS for label in listed[name]} == {
-        label: effect_of(row) for label, row in zip(rows, element_rows(puma_findings), strict=True)
-    }
+    assert {label: name for name in LISTS for label in listed[name]} == rows
     shares = over_time.dominance.sel(element=labels).values.swapaxes(0, 1)
     assert np.array_equal(cells.numbers[..., :2], np.rint(100 * shares))
     # By its links D66 makes 0.02 % of its torque: where its drive counts, the torque told is the drive's, in

@@ -77,7 +77,7 @@ def test_it_holds_near_each(together):
 
 
 def test_a_strict_motion_is_named(two_link):
-    flat = dataclasses.replace(two_link, gravity=np.zeros(3))
+    flat = dataclasses.replace(two_link, gravity_vector=np.zeros(3))
     said = strict_notice(gd.analyze(flat, [swung(40.0, "creeping"), FAST], budget="20%"))
     # Without gravity torque goes with the square of the velocity: (40 / 2.2)^2 = 331.
     assert "along creeping" in said

@@ -16,7 +16,7 @@ from gd_analyze.robots.uncertainty import with_uncertainty
 
 def own_numbers(arm: gd.types.RobotArm) -> dict[str, float]:
     """Numbers of an arm by name, but for turns of placements."""
-    out = {f"gravity.{axis}": x for axis, x in zip("xyz", arm.gravity.tolist(), strict=True)}
+    out = {f"gravity.{axis}": x for axis, x in zip("xyz", arm.gravity_vector.tolist(), strict=True)}
     placed = table_convention(arm) == "placement"
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
         vectors = {f"link{i}.com": link.com}

@@ -71,7 +71,14 @@ def test_impossible_parts(build, says):
 def test_values_cannot_be_changed(puma):
     with pytest.raises(dataclasses.FrozenInstanceError):
         puma.name = "other"
-    for array in (puma.gravity, puma.mass, puma.com, puma.inertia_com, puma.drive_inertia, puma.links[0].com):
+    for array in (
+        puma.gravity_vector,
+        puma.mass,
+        puma.com,
+        puma.inertia_com,
+        puma.drive_inertia,
+        puma.links[0].com,
+    ):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
     com = np.zeros(3)

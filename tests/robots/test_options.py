@@ -29,7 +29,7 @@ def test_one_chain_is_found_by_itself(read):
     assert (arm.joints[0].source.line, arm.links[1].source.line) == (5, 4)
     assert (arm.joints[0].lower, arm.joints[0].upper, arm.joints[0].velocity_limit) == (-2.0, 1.5, 3.0)
     assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
-    assert arm.gravity.tolist() == [0.0, 0.0, -9.81]
+    assert arm.gravity_vector.tolist() == [0.0, 0.0, -9.81]
 
 
 def mimicking(mass: float | None = 0.2) -> tuple[str, ...]:
@@ -118,7 +118,7 @@ def test_refused_with_the_way_out(read, text, picked, facts):
     with pytest.raises(ArmError) as caught:
         read(text, **picked)
     for fact in facts:
-        assert fact in str(caught.value)
+        assert fact in caught.value.with_options()
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_a_joint_of_a_simulator_that_holds_the_base_closes_no_loop(read):
 
 @pytest.mark.parametrize("lock", [["elbow"], ["=1"], ["elbow=90grad"], ["elbow=0", "elbow=1"]])
 def test_a_lock_that_is_none(read, lock):
-    with pytest.raises(UsageError, match="--lock"):
+    with pytest.raises(UsageError, match="lock"):
         read(two_joints(), lock=lock)
 
 
@@ -171,7 +171,7 @@ def test_a_lock_that_is_none(read, lock):
 def test_a_lock_of_another_kind_or_of_degrees_without_a_unit(read, lock):
     with pytest.raises(GdAnalyzeError) as caught:
         read(two_joints(), lock=[lock])
-    assert "--lock" in str(caught.value)
+    assert "lock" in caught.value.details["where"]
     assert "elbow at 1.5708 rad" in " ".join(read(two_joints(), lock=["elbow=90deg"]).assumptions)
 
 
@@ -179,7 +179,7 @@ def test_a_lock_of_another_kind_or_of_degrees_without_a_unit(read, lock):
 def test_a_limit_of_another_kind_or_of_degrees_without_a_unit(limit):
     with pytest.raises(UsageError) as caught:
         gd.load_arm("two_link", limits=[limit])
-    assert caught.value.details["where"] == "--limits"
+    assert caught.value.details["where"] == "limits"
     assert accelerations(gd.load_arm("two_link", limits=["all=600deg"])) == pytest.approx([10.47197551] * 2)
 
 
@@ -294,7 +294,7 @@ def test_files_that_are_no_limits(robot, tmp_path, name, text, fact):
 
 def test_gravity_and_drive_inertia_in_place_of_the_files(read):
     arm = read(two_joints(), gravity="0,0,-1.62", drive_inertia="0.5,0.25")
-    assert arm.gravity.tolist() == [0.0, 0.0, -1.62]
+    assert arm.gravity_vector.tolist() == [0.0, 0.0, -1.62]
     assert arm.drive_inertia.tolist() == [0.5, 0.25]
     assert [drive.torque_limit for drive in arm.drives] == [40.0, 40.0]
     plain = gd.load_arm("two_link", drive_inertia=[0.1, 0.2])
@@ -325,10 +325,10 @@ def test_drives_of_a_file_beside_the_robots(read, tmp_path):
 @pytest.mark.parametrize(
     ("options", "where"),
     [
-        ({"gravity": "0,-9.81"}, "--gravity"),
-        ({"gravity": "0,0,g"}, "--gravity"),
-        ({"drive_inertia": "1"}, "--drive-inertia"),
-        ({"drive_inertia": [1.0, 2.0, 3.0]}, "--drive-inertia"),
+        ({"gravity": "0,-9.81"}, "gravity"),
+        ({"gravity": "0,0,g"}, "gravity"),
+        ({"drive_inertia": "1"}, "drive_inertia"),
+        ({"drive_inertia": [1.0, 2.0, 3.0]}, "drive_inertia"),
     ],
 )
 def test_numbers_that_do_not_fit_are_refused(options, where):

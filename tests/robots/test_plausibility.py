@@ -120,7 +120,7 @@ def with_torque_limits(*limits: float) -> RobotArm:
 
 # By the check: arms that have the slip, and what the message says.
 SLIPS: dict[str, list[tuple[RobotArm, str]]] = {
-    "gravity_too_strong": [(one_joint(Joint("1"), gravity=np.array([0, 0, -98.1])), "98.1 m/s^2")],
+    "gravity_too_strong": [(one_joint(Joint("1"), gravity_vector=np.array([0, 0, -98.1])), "98.1 m/s^2")],
     "angle_beyond_a_turn": [(row(alpha=-90.0), "alpha is -90 rad"), (row(theta=6.3), "write theta_deg")],
     "angle_of_pi_degrees": [(row(alpha=0.0274156), "is pi/2"), (row(theta=0.0548313), "is pi;")],
     "length_in_millimetres": [

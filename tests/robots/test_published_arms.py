@@ -30,7 +30,7 @@ def test_puma_numbers(puma):
     lower, upper = [-160, -225, -45, -110, -100, -266], [160, 45, 225, 170, 100, 266]
     np.testing.assert_allclose(np.degrees(puma.limits("lower")), lower, rtol=4e-16)
     np.testing.assert_allclose(np.degrees(puma.limits("upper")), upper, rtol=4e-16)
-    assert puma.gravity.tolist() == [0.0, 0.0, -9.8062]
+    assert puma.gravity_vector.tolist() == [0.0, 0.0, -9.8062]
     assert [row.a for row in puma.dh_table] == [0.0, 0.4318, -0.02032, 0.0, 0.0, 0.0]
 
 
@@ -41,7 +41,7 @@ def test_two_link_numbers(two_link):
     for rod in two_link.links:
         assert rod.com.tolist() == [-0.5, 0.0, 0.0]
         assert rod.inertia_com.tolist() == np.diag([0.0, rod.mass / 12, rod.mass / 12]).tolist()
-    assert two_link.gravity.tolist() == [0.0, -9.8062, 0.0]
+    assert two_link.gravity_vector.tolist() == [0.0, -9.8062, 0.0]
 
 
 def test_scara_numbers():

@@ -36,7 +36,7 @@ from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.kept_program import kept_programs
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, ROUGH, torque_program
-from gd_analyze.studies.comparison import count_cost
+from gd_analyze.studies.formulations import count_cost
 from gd_analyze.tables import decompose_states
 from gd_analyze.types import LEVELS, ExactDynamics, ExactForm, RobotArm, States
 from long_cases import long, long_but
@@ -307,7 +307,7 @@ def test_the_same_program_in_every_process():
 
 
 def weightless(arm: RobotArm) -> RobotArm:
-    return dataclasses.replace(arm, gravity=np.zeros(3))
+    return dataclasses.replace(arm, gravity_vector=np.zeros(3))
 
 
 @pytest.mark.parametrize(
@@ -343,7 +343,7 @@ def test_d_and_h_do_not_depend_on_gravity_nor_h_and_c_on_drives(name):
     for drives in sorted({False, bool(arm.drives)}):
         level = ExactForm(arm, drives).functions
         for gravity in ((0.0, 0.0, 9.8062), (9.8062, 0.0, 0.0), (3.0, 1.0, -9.0)):
-            turned = ExactForm(dataclasses.replace(arm, gravity=np.array(gravity)), drives).functions
+            turned = ExactForm(dataclasses.replace(arm, gravity_vector=np.array(gravity)), drives).functions
             assert turned.inertia.count.total <= level.inertia.count.total
             assert turned.coriolis_centrifugal.count.total <= level.coriolis_centrifugal.count.total
         links = ExactForm(arm).functions

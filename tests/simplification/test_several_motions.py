@@ -74,7 +74,7 @@ def test_a_budget_by_the_slow_motion_counts_for_the_slow_motion_only(two_link):
 
 def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_other(two_link):
     """A share of nothing is nothing, and would forbid to drop anything."""
-    flat = dataclasses.replace(two_link, gravity=np.zeros(3))
+    flat = dataclasses.replace(two_link, gravity_vector=np.zeros(3))
     rest = Trajectory([0.0, 1.0], *np.zeros((3, 2, 2)), "rest")
     model = gd.simplify(flat, [rest, FAST], "20%")
     at_rest, _ = model.accuracy.motions

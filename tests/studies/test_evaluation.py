@@ -121,7 +121,7 @@ def test_friction_of_a_log_is_found_beside_the_exact_torque(two_link, rough):
 
 def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(two_link, rough):
     """`evaluate` has no option for it; a log that agrees needs none."""
-    hanging = replace(two_link, gravity=-two_link.gravity)
+    hanging = replace(two_link, gravity_vector=-two_link.gravity_vector)
     for arm, is_told in ((two_link, False), (hanging, True)):
         evaluation = evaluate(rough, recorded(arm, noise=1e-3))
         assert ("--gravity" in evaluation.log_verdict.text) == is_told
@@ -135,7 +135,7 @@ def test_gravity_that_a_log_tells_is_an_option_of_the_verb_that_makes_the_model(
         ("1%,1%,1%", "wrong number of entries", "fail_over"),
         ("1% norm", "not to the norm of all", "fail_over"),
         ("10% friction", "the arm states none", "fail_over, joint 1, shoulder, of two_link"),
-        (0.01, "this is not a budget", "budget"),
+        (1.5, "this is not a budget", "fail_over"),
     ],
 )
 def test_what_is_no_verdict(rough, fail_over, says, where):

@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
+from gd_analyze.certification.held import Held
 from gd_analyze.diagnosis.log_resolution import LogResolution
 from gd_analyze.diagnosis.log_verdict import log_verdict
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
-from gd_analyze.studies.against_log import budget_of_log, with_log
+from gd_analyze.studies.against_log import with_log, within_log
 from logs_of_arms import TrueArm, fourier, with_torque
 
 
@@ -70,23 +71,21 @@ def test_shares_are_halved_until_the_log_shows_no_error(two_link, log, resolutio
     exact = with_log(ExactDynamics.of(two_link, log), log_verdict(two_link, [log]))
     tried = []
 
-    def search(budget: Budget) -> gd.types.SimplifiedModel:
+    def search(budget: Budget) -> Held:
         tried.append(budget)
-        return gd.simplify(two_link, log, Budget.of_torques(exact.allowed(budget)), at_set_points=True)
+        torques = Budget.of_torques(exact.allowed(budget))
+        return Held(gd.simplify(two_link, log, torques, at_set_points=True))
 
-    found = budget_of_log(exact, resolution, Budget.parse("log"), search)
-    assert found.is_readable
-    assert found.budget == tried[-1]
+    assert within_log(exact, resolution, Budget.parse("log"), [search]) is not None
     shares = np.array([[entry[0].amount for entry in budget.of_joints(2)] for budget in tried])
     assert (shares[0] == 1.0).all()
     assert np.isin(shares[1:] / shares[:-1], [0.5, 1.0]).all()
     assert (shares >= 1.0 / 16.0).all()
 
 
-def test_no_budget_is_searched_where_too_many_terms_matter(two_link, log, resolution):
+def test_no_model_is_within_a_log_where_too_many_terms_matter(two_link, log, resolution):
     exact = with_log(ExactDynamics.of(two_link, log), log_verdict(two_link, [log]))
-    found = budget_of_log(exact, resolution, Budget.parse("50% log"), lambda budget: None)
-    assert (found.budget, found.is_readable) == (Budget.parse("50% log"), False)
+    assert within_log(exact, resolution, Budget.parse("50% log"), [lambda budget: None]) is None
 
 
 def test_a_model_says_what_the_log_says_of_it(two_link, log, model):

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import cache, partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gd_analyze.arrays import CHUNK, FloatArray
 from gd_analyze.certification.box import Box
@@ -66,38 +67,43 @@ def worst_found(
             break  # ascents from the first ones have found enough
         lower, upper, counts = region.pieces(STATES_AT_ONCE, rng)
         states = rng.uniform(lower, upper)
-        for i, errors in enumerate(share(states, counts)):
-            top = np.argpartition(-errors, _JOINING_PER_JOINT)[:_JOINING_PER_JOINT]
-            reached = states[:, top]
-            low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
-            share_at = partial(share, counts=counts[top])
-            reached = _climbed(share_at, i, reached, low, high)
-            errors = share_at(reached)
-            largest = np.maximum(largest, errors.max(axis=1))
-            worst.append(reached[:, errors[i] > 1.0])
+        errors = share(states, counts)
+        worst_of_joints = np.argpartition(-errors, _JOINING_PER_JOINT)[:, :_JOINING_PER_JOINT]
+        joints, top = np.repeat(np.arange(n), _JOINING_PER_JOINT), worst_of_joints.ravel()
+        low, high = (np.broadcast_to(x, states.shape)[:, top] for x in (lower, upper))
+        share_at = partial(share, counts=counts[top])
+        reached = _climbed(share_at, joints, states[:, top], low, high)
+        errors = share_at(reached)
+        largest = np.maximum(largest, errors.max(axis=1))
+        worst.append(reached[:, errors[joints, np.arange(len(top))] > 1.0])
     return largest * allowed, np.concatenate(worst, axis=1)
 
 
 def _climbed(
     share: Callable[[FloatArray], FloatArray],
-    joint: int,
+    joints: NDArray[np.intp],
     states: FloatArray,
     lower: FloatArray,
     upper: FloatArray,
 ) -> FloatArray:
-    """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger."""
+    """Ascend within small boxes: each variable moves to the end with the larger error, if that is larger.
+
+    The error is that of one of the `joints`, (N,), at every state.
+    """
     count, n = states.shape[1:]
+    places = np.arange(count)
     for _ in range(_TUBE_ASCENT_STEPS):
-        present = share(states)[joint]
+        present = share(states)[joints, places]
         # By end, kind and number of the variable that moves.
         moved = np.broadcast_to(states, (2, 3, n, *states.shape)).copy()
         for end, kind, k in np.ndindex(2, 3, n):
             moved[end, kind, k, kind, :, k] = (lower, upper)[end][kind, :, k]
         candidates = np.moveaxis(moved, 3, 0).reshape(3, -1, n)
-        moved_errors = share(candidates)[joint].reshape(2, 3, n, count).swapaxes(2, 3)
+        moved_errors = share(candidates).reshape(-1, 2, 3, n, count)[joints, :, :, :, places]
+        moved_errors = np.moveaxis(moved_errors, 0, 2)
         ends = np.where(moved_errors[1] > moved_errors[0], upper, lower)
         trial = np.where(moved_errors.max(axis=0) > present[:, None], ends, states)
-        better = share(trial)[joint] > present
+        better = share(trial)[joints, places] > present
         if not better.any():
             break
         states = np.where(better[:, None], trial, states)

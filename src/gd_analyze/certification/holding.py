@@ -55,7 +55,7 @@ CLOSING_ROUND = 8  # round from which on no bound above the budget counts as clo
 @one_thread()
 def simplify_held(
     exact: ExactDynamics,
-    budget: Budget | str | None,
+    budget: Budget | str | float | None,
     region: Box | Tube,
     options: SearchOptions = USUAL,
     *,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -17,11 +18,13 @@ from gd_analyze.cli.diagnose import diagnose
 from gd_analyze.cli.equations import equations
 from gd_analyze.cli.export import export
 from gd_analyze.cli.figures import figures
+from gd_analyze.cli.formulations import formulations
 from gd_analyze.cli.identify import identify
 from gd_analyze.cli.main_job import analyze, report
 from gd_analyze.cli.motions import columns, plan
 from gd_analyze.cli.options import ROBOT
-from gd_analyze.cli.simplify import rank, simplify, trade_off
+from gd_analyze.cli.other_words import in_place_of_verb
+from gd_analyze.cli.simplify import rank_terms, simplify, trade_off
 from gd_analyze.cli.trials import certify, evaluate
 from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
@@ -61,12 +64,12 @@ class MainJobGroup(click.Group):
             args = [words[0], *flags, *words[1:]]
         elif args and args[0] not in option_names:
             if words and not ctx.resilient_parsing:
-                self._refuse_mistyped_verb(words[0])
+                self._refuse_other_word(words[0], words[1:])
             args = [analyze.name or "", *args]
         return super().parse_args(ctx, args)
 
-    def _refuse_mistyped_verb(self, word: str) -> None:
-        """Suggest a verb, rather than miss an arm, where the word is nearer to a verb."""
+    def _refuse_other_word(self, word: str, following: Sequence[str]) -> None:
+        """Say what does the job where the word is no arm, but names a job or is like a verb."""
         import difflib
 
         arms_known = shipped("robots", ".toml")
@@ -74,12 +77,15 @@ class MainJobGroup(click.Group):
             return
         verbs = [name for name, command in self.commands.items() if not command.hidden]
         matches = difflib.get_close_matches(word, [*arms_known, *verbs], n=1)
-        if matches and matches[0] in verbs:
+        said = in_place_of_verb(word, following)
+        if said is None and matches and matches[0] in verbs:
+            said = f"did you mean `gd-analyze {matches[0]}`?"
+        if said is not None:
             raise UsageError(
                 f"there is no verb {word!r}",
                 expected=f"one of {', '.join(verbs)}, or an arm and a trajectory",
                 found="neither a verb, nor a built-in arm, nor an existing file",
-                next_step=f"did you mean `gd-analyze {matches[0]}`?",
+                next_step=said,
             )
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
@@ -172,12 +178,13 @@ VERBS = (
     plan,
     figures,
     simplify,
-    rank,
+    rank_terms,
     trade_off,
     batch,
     evaluate,
     equations,
     compare,
+    formulations,
     certify,
     export,
     completion,

@@ -99,7 +99,7 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     if isinstance(error, click.ClickException):
         error = _as_our_own(error)
     if isinstance(error, GdAnalyzeError):
-        tell("error", error.with_options(_options(words)))
+        tell("error", error.with_options(options_by_argument(_verb(words))))
         return FAILED if isinstance(error, StorageError) else BAD_INPUT
     if isinstance(error, MemoryError):
         verb = next((word for word in words if not word.startswith("-")), "")
@@ -122,11 +122,19 @@ def _explain(error: Exception, words: Sequence[str]) -> int:
     return FAILED
 
 
-def _options(words: Sequence[str]) -> dict[str, str]:
-    """Options of the verb by the library's arguments."""
-    verb = next((word for word in words if word in app.commands), analyze.name)
-    parameters = app.commands[verb or ""].params
-    return {str(param.name): param.opts[0] for param in parameters if param.opts[0][0] == "-"}
+def _verb(words: Sequence[str]) -> click.Command:
+    """The verb of a command."""
+    return app.commands[next((word for word in words if word in app.commands), analyze.name or "")]
+
+
+def options_by_argument(verb: click.Command) -> dict[str, str]:
+    """Options of a verb by the library's arguments."""
+    parameters = [param for param in verb.params if param.opts[0][0] == "-"]
+    options = {str(param.name): param.opts[0] for param in parameters}
+    negative = {
+        f"{param.name}=False": param.secondary_opts[0] for param in parameters if param.secondary_opts
+    }
+    return options | negative
 
 
 # Options of earlier versions, and what says the same.

@@ -13,6 +13,7 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import NameList, OutputPath
+from gd_analyze.cli.other_words import OF_FUNCTIONS, OF_LANGUAGES
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
 from gd_analyze.exporting.names import LANGUAGES
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--to",
     "languages",
-    type=NameList(LANGUAGES, "language"),
+    type=NameList(LANGUAGES, "language", OF_LANGUAGES),
     required=True,
     metavar="LIST",
     help=f"Languages, comma-separated: {', '.join(LANGUAGES)}.",
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
             *("regressor", "parameters", "decomposition"),
         ),
         "function",
+        OF_FUNCTIONS,
     ),
     default="torque",
     metavar="LIST",

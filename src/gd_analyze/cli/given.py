@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,7 +16,8 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import DRAWN, ROBOT, together
-from gd_analyze.errors import BranchError
+from gd_analyze.errors import BranchError, UsageError
+from gd_analyze.units import Quantity
 
 if TYPE_CHECKING:
     from gd_analyze.robots.parts import Link
@@ -101,6 +103,32 @@ class GivenRobot:
         from gd_analyze.robots.payload import carrying
 
         return carrying(arm, payload)
+
+
+def joint_values(arm: gd.types.RobotArm, listed: str, option: str) -> list[float]:
+    """Comma-separated degrees (m of prismatic joints), or values with a unit, as rad (m)."""
+    entries = [entry.strip() for entry in listed.split(",")]
+    if len(entries) != arm.n_joints:
+        raise UsageError(
+            f"{option} has the wrong number of joint values",
+            where=option,
+            expected=f"{arm.n_joints} values for {arm.name}, comma-separated",
+            found=f"{len(entries)}: {listed!r}",
+        )
+    values = []
+    for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
+        quantity, revolute = Quantity.parse(entry), joint.kind == "revolute"
+        kinds = ("", "angle" if revolute else "length")
+        if quantity is None or quantity.kind not in kinds or not math.isfinite(quantity.si):
+            raise UsageError(
+                f"{option} contains a word that is not a number",
+                where=f"{option}, value {column}",
+                expected="degrees" if revolute else "metres",
+                found=repr(entry),
+            )
+        in_degrees = revolute and not quantity.kind
+        values.append(math.radians(quantity.si) if in_degrees else quantity.si)
+    return values
 
 
 def _robot(required: bool) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
-from gd_analyze.cli.given import GivenRobot, robot_given
+from gd_analyze.cli.given import GivenRobot, joint_values, robot_given
 from gd_analyze.cli.log_options import log_options_listed, reading_asked
 from gd_analyze.cli.options import TRAJECTORY, Amount, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
@@ -164,10 +163,10 @@ def plan(
         else:
             planned = plan_motion(
                 arm,
-                _joint_values(arm, start, "--from"),
-                _joint_values(arm, goal, "--to"),
+                joint_values(arm, start, "--from"),
+                joint_values(arm, goal, "--to"),
                 duration,
-                via=[_joint_values(arm, point, "--via") for point in via],
+                via=[joint_values(arm, point, "--via") for point in via],
                 profile=profile,
                 n_set_points=n_set_points,
                 allow_violations=allow_violations,
@@ -197,29 +196,3 @@ def _box(listed: str) -> gd.types.Workspace:
             found=repr(listed),
         )
     return Workspace(numbers[:3], numbers[3:])
-
-
-def _joint_values(arm: gd.types.RobotArm, listed: str, option: str) -> list[float]:
-    """Comma-separated degrees (m of prismatic joints), or values with a unit, as rad (m)."""
-    entries = [entry.strip() for entry in listed.split(",")]
-    if len(entries) != arm.n_joints:
-        raise UsageError(
-            f"{option} has the wrong number of joint values",
-            where=option,
-            expected=f"{arm.n_joints} values for {arm.name}, comma-separated",
-            found=f"{len(entries)}: {listed!r}",
-        )
-    values = []
-    for column, (entry, joint) in enumerate(zip(entries, arm.joints, strict=True), start=1):
-        quantity, revolute = Quantity.parse(entry), joint.kind == "revolute"
-        kinds = ("", "angle" if revolute else "length")
-        if quantity is None or quantity.kind not in kinds or not math.isfinite(quantity.si):
-            raise UsageError(
-                f"{option} contains a word that is not a number",
-                where=f"{option}, value {column}",
-                expected="degrees" if revolute else "metres",
-                found=repr(entry),
-            )
-        in_degrees = revolute and not quantity.kind
-        values.append(math.radians(quantity.si) if in_degrees else quantity.si)
-    return values

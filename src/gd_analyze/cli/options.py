@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
 import gd_analyze as gd
+from gd_analyze.cli.other_words import in_place_of
+from gd_analyze.errors import UsageError
 from gd_analyze.files import shipped
 from gd_analyze.text import LARGEST, LEVEL_NAMES
 from gd_analyze.units import UNITS, Quantity
@@ -64,17 +67,26 @@ class NameList(click.ParamType[tuple[str, ...]]):
 
     name = "list"
 
-    def __init__(self, names: tuple[str, ...], kind: str) -> None:
-        self.names, self._kind = names, kind
+    def __init__(
+        self, names: tuple[str, ...], kind: str, said_for: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
+        self.names, self._kind, self._said_for = names, kind, said_for
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[str, ...]:
-        """Split and check; every name counts once."""
+        """Split and check; every name counts once. `said_for` has what to give in place of other words."""
         chosen = [entry.strip().lower() for entry in str(value).split(",")]
         for entry in chosen:
             if entry not in self.names:
-                self.fail(f"there is no {self._kind} {entry!r}, only {', '.join(self.names)}", param, ctx)
+                option = param.opts[0] if param is not None else None
+                help_of_verb = f"see `{ctx.command_path} --help`" if ctx is not None else None
+                raise UsageError(
+                    f"there is no {self._kind} {entry!r}",
+                    where=option,
+                    expected=f"some of {', '.join(self.names)}",
+                    next_step=in_place_of(entry, self.names, self._said_for) or help_of_verb,
+                )
         return tuple(name for name in self.names if name in chosen)
 
     def shell_complete(

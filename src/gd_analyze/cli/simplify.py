@@ -123,12 +123,12 @@ def simplify(
     output.give(result, out, replaced="a model" if replaces else "")
 
 
-@click.command(short_help="Rank every term of D, h and c by its torque.")
+@click.command("rank-terms", short_help="Rank every term of D, h and c by its torque.")
 @given_dynamics
 @options.level(("term", "energy"))
 @options.number("--top", 20, "Number of terms to print; --json gives all.")
 @reporting
-def rank(inputs: Given, level: str, top: int, output: Output) -> None:
+def rank_terms(inputs: Given, level: str, top: int, output: Output) -> None:
     r"""Rank single terms by their torque, alone and together with all terms ranked below.
 
     "Without" is the largest torque error of a model without a term and all terms ranked below it. Velocities
@@ -136,17 +136,16 @@ def rank(inputs: Given, level: str, top: int, output: Output) -> None:
 
     \b
     Examples:
-      gd-analyze rank puma560 pick-and-place
-      gd-analyze rank puma560 --no-drives --level energy --top 40
+      gd-analyze rank-terms puma560 pick-and-place
+      gd-analyze rank-terms puma560 --no-drives --level energy --top 40
     """
     with output.working() as progress:
         from gd_analyze.results.term_results import ranking_result
         from gd_analyze.simplification.harmonic import HARMONIC_LEVELS
-        from gd_analyze.simplification.term_ranking import rank_terms
 
         exact, _ = inputs.exact(progress)
         progress.stage("ranking")
-        result = ranking_result(rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
+        result = ranking_result(gd.tables.rank_terms(exact, HARMONIC_LEVELS[level]), exact, level, top)
     output.give(result)
 
 

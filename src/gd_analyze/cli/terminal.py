@@ -59,7 +59,7 @@ class _LineProgress(Progress):
     def __init__(self, warned: Warned) -> None:
         self._warned = warned
         self._begin = time.monotonic()
-        self._label, self._printed, self._printed_at = "", "", 0.0
+        self._label, self._count, self._printed, self._printed_at = "", "", "", 0.0
         self._lock = threading.Lock()
         # For the stage that goes on by then.
         self._timer = threading.Timer(SHORT_SECONDS, self._print)
@@ -69,7 +69,13 @@ class _LineProgress(Progress):
     def stage(self, label: str, total: int | None = None) -> None:
         """Print the warnings of the last stage, and the new one unless it is too early or was just told."""
         self._warned.tell()
+        self._count = ""
         self._print(label)
+
+    def counted(self, count: str) -> None:
+        """Print how far the stage is, once a minute."""
+        self._count = f", {count}"
+        self._print()
 
     def ranked(self, ranking: xr.Dataset, budget: str) -> None:
         """Print the warnings of the stage."""
@@ -86,7 +92,7 @@ class _LineProgress(Progress):
             is_new = self._label != self._printed or seconds - self._printed_at >= REPEATED_AFTER_SECONDS
             if seconds >= SHORT_SECONDS and is_new:
                 self._printed, self._printed_at = self._label, seconds
-                click.echo(f"{visible(self._label)}, after {seconds:.0f} s", err=True)
+                click.echo(f"{visible(self._label)}{self._count}, after {seconds:.0f} s", err=True)
 
 
 class _MovingProgress(Progress):
@@ -94,11 +100,17 @@ class _MovingProgress(Progress):
 
     def __init__(self, display: Any, warned: Warned) -> None:
         self._display, self._task, self._warned = display, display.add_task(""), warned
+        self._label = ""
 
     def stage(self, label: str, total: int | None = None) -> None:
         """Print the warnings of the last stage, and show the new one."""
         self._warned.tell()
-        self._display.reset(self._task, description=visible(label), total=total)
+        self._label = visible(label)
+        self._display.reset(self._task, description=self._label, total=total)
+
+    def counted(self, count: str) -> None:
+        """Show how far the stage is."""
+        self._display.update(self._task, description=f"{self._label}, {count}")
 
     def advance(self, steps: int = 1) -> None:
         """Move the bar."""

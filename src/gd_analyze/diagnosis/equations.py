@@ -15,7 +15,7 @@ import numpy as np
 from gd_analyze.arrays import Array, FloatArray
 from gd_analyze.diagnosis.samples import Samples
 from gd_analyze.diagnosis.trial import Trial
-from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, parameters_of, regressor
+from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, link_regressor, parameters_of
 from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import of_point_mass
@@ -88,10 +88,10 @@ def errors_that_act(arm: RobotArm) -> FloatArray:
     """Independent errors of a file, each a standard deviation, that change any torque, (n, 10, k)."""
     n, count, rng = arm.n_joints, _DRAWN_STATES, np.random.default_rng(0)
     errors, parts = file_errors(arm), []
-    size = float(np.linalg.norm(arm.gravity)) or 1.0
+    size = float(np.linalg.norm(arm.gravity_vector)) or 1.0
     for axis in np.eye(3):  # the arm may be mounted in any way
         q, qd, qdd = rng.uniform(-np.pi, np.pi, (n, count)), *rng.normal(0.0, 2.0, (2, n, count))
-        per_unit = regressor(replace(arm, gravity=size * axis), q, qd, qdd)
+        per_unit = link_regressor(replace(arm, gravity_vector=size * axis), q, qd, qdd)
         parts.append(np.einsum("ispt,spk->itsk", per_unit, errors, optimize=True).reshape(n, count, -1))
     columns = np.concatenate(parts, axis=1)
     columns /= np.sqrt(np.square(columns).sum(axis=(1, 2), keepdims=True)) + np.finfo(float).tiny
@@ -128,14 +128,14 @@ def file_errors(arm: RobotArm) -> FloatArray:
 
 def with_gravity(arm: RobotArm, gravity: FloatArray | None) -> RobotArm:
     """The arm under another gravity."""
-    return arm if gravity is None else replace(arm, gravity=gravity)
+    return arm if gravity is None else replace(arm, gravity_vector=gravity)
 
 
 def corrected_columns(samples: Samples, correction: Trial) -> tuple[FloatArray, Array, int]:
     """Columns of every joint, (n, N, c), samples that count, (N, n), and the number of shared columns."""
     arm, n = samples.arm, samples.arm.n_joints
     q, qd, qdd, _ = correction.states(samples)
-    per_unit = regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
+    per_unit = link_regressor(with_gravity(arm, correction.gravity), q.T, qd.T, qdd.T)
     act = errors_that_act(arm)
     # The file's torque is one more column.
     file_numbers = parameters_of(arm)

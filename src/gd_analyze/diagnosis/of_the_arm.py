@@ -18,7 +18,7 @@ from gd_analyze.diagnosis.hypothesis import (
 )
 from gd_analyze.diagnosis.remedies import NO_PAYLOAD, edited, under_gravity, vector, with_load
 from gd_analyze.diagnosis.trial import Added, Trial
-from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, regressor
+from gd_analyze.dynamics.base_parameters import PARAMETERS, inertial_parameters, link_regressor
 from gd_analyze.robots.parts import Link, of_point_mass
 from gd_analyze.text import number, to_digits_of, with_error
 
@@ -49,7 +49,7 @@ class Gravity(Hypothesis):
 
     def candidates(self, problem: Problem) -> Iterator[Candidate]:
         """The best of six directions and none; and any other direction if it is clearly better."""
-        file, size = problem.arm.gravity, float(np.linalg.norm(problem.arm.gravity))
+        file, size = problem.arm.gravity_vector, float(np.linalg.norm(problem.arm.gravity_vector))
         if size == 0.0:
             return
         down = file / size
@@ -158,7 +158,7 @@ def carried(problem: Problem) -> Added:
     arm = problem.arm
     q, qd, qdd, _ = problem.correction.states(problem.samples)
     # Of the last link alone, (n, 10, N).
-    per_unit = regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1]
+    per_unit = link_regressor(with_gravity(arm, problem.correction.gravity), q.T, qd.T, qdd.T)[:, -1]
     mass = _CARRIED_MASS_SHARE * float(arm.mass.sum())
     away = _DISTANCE_SHARE * (arm.reach or 1.0)
     sizes = mass * away**_POWERS * np.where(_POWERS == 2, _INERTIA_SHARE, 1.0)

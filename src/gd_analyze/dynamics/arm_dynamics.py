@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from gd_analyze.dynamics.drivetrain import Drivetrain
 from gd_analyze.dynamics.forward_dynamics import joint_accelerations
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import UsageError
+from gd_analyze.guesses import EXACT_DYNAMICS, guessing
 from gd_analyze.motions.states import States, broadcast_states
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
@@ -37,6 +39,9 @@ class ArmDynamics:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "arm", arm_of(self.arm))
+
+    if not TYPE_CHECKING:  # checkers are to refuse unknown names
+        __getattr__ = guessing(EXACT_DYNAMICS)
 
     @strict
     def inertia(self, q: ArrayLike, *, by_effect: bool = False, drives: bool | None = None) -> FloatArray:

@@ -73,7 +73,7 @@ def point_masses(parameters: FloatArray) -> FloatArray:
     return out
 
 
-def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
+def link_regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     """Torque of every joint per unit of every parameter; its product with `parameters_of` is the torque.
 
     N m (N for a prismatic joint) per unit of each of `PARAMETERS`, shape (n joints, n links, 10, N): zero for
@@ -84,7 +84,7 @@ def regressor(arm: RobotArm, q: Array, qd: Array, qdd: Array) -> FloatArray:
     revolute, prismatic = joint_motions(arm, kinematics)
     out = np.zeros((n, n, len(PARAMETERS), count))
     omega = omega_dot = np.zeros((3, count))
-    acceleration = -arm.gravity[:, None]
+    acceleration = -arm.gravity_vector[:, None]
     frame_below = np.zeros((3, 1))
     for s in range(n):
         # [FGL87] Table 3.2, but for the frames' origins in place of the centres of mass.
@@ -263,7 +263,7 @@ def base_parameters(arm: RobotArm | str | Path, drives: bool | None = None) -> B
     Examples
     --------
     >>> import gd_analyze as gd
-    >>> base = gd.tables.base_parameters("two_link")
+    >>> base = gd.base_parameters("two_link")
     >>> base
     BaseParameters('two_link', 6 of 20)
     >>> base["PXX2"].combination

@@ -159,7 +159,7 @@ def coriolis_centrifugal(moments: CompositeMoments, pairs: Array, qd: Array) -> 
 
 def gravity_loading(arm: RobotArm, moments: CompositeMoments) -> Array:
     """c_i = -g . f_i, shape (n, N). [FGL87] Eq. (3.4-28)."""
-    return -np.einsum("a,ian->in", arm.gravity, moments.momentum)
+    return -np.einsum("a,ian->in", arm.gravity_vector, moments.momentum)
 
 
 def _turned_tensor(rotation: Array, constant: Array) -> Array:

@@ -13,12 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, array_of, chunks, peak_magnitude, round_off_of
+from gd_analyze.dynamics.decomposition import decompose
 from gd_analyze.dynamics.verdicts import (
     effect_words,
     least_changes,
@@ -28,11 +30,14 @@ from gd_analyze.dynamics.verdicts import (
 )
 from gd_analyze.errors import UsageError
 from gd_analyze.files import data_folder
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import GROUPS, require_table, table, unit_of
-from gd_analyze.text import joined
+from gd_analyze.text import in_python, joined
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gd_analyze.motions.pool import GivenMotions
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,8 @@ DEFAULT_BUDGET = 0.01
 
 @strict
 def rank(
-    dataset: xr.Dataset,
+    dataset: xr.Dataset | RobotArm | str | Path,
+    trajectory: GivenMotions | None = None,
     *,
     threshold: float = DOMINANCE_THRESHOLD,
     budget: float | FloatArray = DEFAULT_BUDGET,
@@ -116,8 +122,8 @@ def rank(
 
     Parameters
     ----------
-    dataset
-        The result of `decompose`.
+    dataset, trajectory
+        The result of `decompose`; or what it takes, an arm and its motion.
     threshold
         A part dominates when leaving the other out changes the element by at most this share of the
         element's peak magnitude; of two such parts, the larger.
@@ -143,7 +149,7 @@ def rank(
         largest torque of the element, drive included, over the budget of the joint, `part_consequence` that
         of each part. `dominant` is "translation", "rotation", "both", or "zero" for links' parts that are
         zero. `verdict` is "zero", "negligible", "drive" if the links' parts are negligible but the element
-        is not, or else `dominant`.
+        is not, "gravity" of elements of c, or else `dominant`.
 
     Raises
     ------
@@ -151,6 +157,8 @@ def rank(
         If the dataset is no decomposition, the budget is neither a share nor one torque per joint, or h_ijk
         are asked for but missing.
     """
+    if trajectory is not None or isinstance(dataset, RobotArm | str | Path):
+        dataset = decompose(cast("RobotArm", dataset), trajectory)
     require_table(dataset, "decomposition", "decompose")
     if christoffel and "christoffel" not in dataset:
         raise UsageError(
@@ -223,14 +231,15 @@ class _RankingLimits:
 
 def _allowed_torque(budget: float | FloatArray, peak_torque: FloatArray) -> FloatArray:
     """Torque error allowed at every joint, (n,); UsageError unless the budget is a share or n torques."""
-    values, n = array_of(budget, "budget", UsageError), len(peak_torque)
+    values = np.array(np.nan) if isinstance(budget, str) else array_of(budget, "budget", UsageError)
+    n = len(peak_torque)
     if values.shape not in ((), (n,)) or not (values >= 0.0).all():
         raise UsageError(
             "this is not a budget",
             where="budget",
             expected=f"a share of 0 or more, or {n} torques",
-            found=str(values.tolist()),
-            next_step="budgets in words, such as 1%, are for `simplify` and `analyze`",
+            found=in_python(budget) if isinstance(budget, str) else str(values.tolist()),
+            next_step="0.01 is 1% of peak torque",
         )
     return values * peak_torque if values.ndim == 0 else values
 
@@ -268,6 +277,7 @@ def _measures(
     shares = ratio(torques, limits.peak_torque)
     joint = links[0], np.where(acts, shares, -1.0).argmax(axis=1)
     dominant = effect_words(representing(part_peak.T, least))
+    is_gravity = np.array([element.quantity == "gravity_loading" for element in all_elements])
     is_small, are_links_small = (np.asarray((x <= limits.floor).all(axis=1)) for x in (whole, torques))
     return {
         "peak": peak,
@@ -285,7 +295,7 @@ def _measures(
         "consequence": ratio(whole, limits.allowed).max(axis=1),
         "part_consequence": ratio(of_parts, limits.allowed).max(axis=2),
         "dominant": dominant,
-        "verdict": verdict_words(dominant, ~exists & ~has_drive, is_small, are_links_small),
+        "verdict": verdict_words(dominant, ~exists & ~has_drive, is_small, are_links_small, is_gravity),
     }
 
 

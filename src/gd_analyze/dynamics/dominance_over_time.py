@@ -125,8 +125,8 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     """Give the verdict at every set point, in the words of `rank`.
 
     "zero", for an element that is zero along the motion; "negligible", if its torque, drive included, is at
-    most its share of the budget there; "drive", if that holds for the links' parts only; otherwise the parts
-    that represent it: "translation", "rotation" or "both".
+    most its share of the budget there; "drive", if that holds for the links' parts only; "gravity", of any
+    other element of c; otherwise the parts that represent it: "translation", "rotation" or "both".
 
     Parameters
     ----------
@@ -146,13 +146,20 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     step = "of a decomposition, dataset.gd.verdicts() gives them"
     require_table(over_time, "dominance_over_time", "dominance_over_time", "over_time", step)
     needed = over_time.needed.transpose("effect", "time", "element").values
+    is_gravity = np.char.startswith(over_time.element.values.astype(str), "c")
     over_motion = np.stack([np.isin(over_time.dominant, [effect, "both"]) for effect in DOMINANT[1:3]])
     represents = representing_at(needed, over_motion[:, None])
     is_zero = np.broadcast_to(over_time.over_motion == "zero", needed.shape[1:])
     negligible, links = (
         over_time[k].transpose("time", "element") for k in ("negligible", "links_negligible")
     )
-    words = verdict_words(effect_words(represents), is_zero, negligible.values, links.values)
+    words = verdict_words(
+        effect_words(represents),
+        is_zero,
+        negligible.values,
+        links.values,
+        np.broadcast_to(is_gravity, is_zero.shape),
+    )
     return negligible.copy(data=words).rename("verdict").drop_attrs()
 
 

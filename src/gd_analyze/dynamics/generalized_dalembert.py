@@ -107,7 +107,7 @@ def gravity_loading_by_link(arm: RobotArm, kinematics: Kinematics) -> Array:
     for s in range(n):
         for i in range(s + 1):
             velocity = _com_velocity(kinematics, motions, i, s)
-            out[s, i] = -arm.mass[s] * np.einsum("a,an->n", arm.gravity, velocity)
+            out[s, i] = -arm.mass[s] * np.einsum("a,an->n", arm.gravity_vector, velocity)
     return out
 
 

@@ -156,4 +156,4 @@ def potential_energy(arm: RobotArm, q: FloatArray) -> FloatArray:
     """Potential energy in gravity, J, (...): - sum_s m_s g . r_s, zero for a mass at the base's origin."""
     (q,) = broadcast_states(arm, q=q)
     com = solve_kinematics(arm, set_points_last(q)).com_positions
-    return -np.einsum("s,a,san->n", arm.mass, arm.gravity, com).reshape(q.shape[:-1])
+    return -np.einsum("s,a,san->n", arm.mass, arm.gravity_vector, com).reshape(q.shape[:-1])

@@ -42,7 +42,7 @@ def solve(arm: RobotArm, q: Array) -> LagrangeEuler:
     inertia = np.zeros((n, n, count), dtype)
     christoffel = np.zeros((n, n, n, count), dtype)
     gravity_loading = np.zeros((n, count), dtype)
-    gravity = np.array([*arm.gravity, 0.0])
+    gravity = np.array([*arm.gravity_vector, 0.0])
     for j in range(n):
         com = np.array([*arm.com[j], 1.0])
         weighted = [np.einsum("ab,cbn->acn", masses[j], first[i, j]) for i in range(j + 1)]

@@ -11,7 +11,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.dynamics import composite_moments, generalized_dalembert
 from gd_analyze.dynamics.kinematics import solve_kinematics
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, argument
 from gd_analyze.motions.states import States
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.parts import Link
@@ -89,7 +89,8 @@ def not_positive_definite(
         expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
         found=eigenvalue_text,
         next_step=f"give link {link.name} or those beyond it mass, or inertia about that joint's axis; "
-        f"include the drives' inertia; or hold that joint (URDF and MJCF: --lock {joint.name}=0)",
+        "include the drives' inertia; or hold that joint (URDF and MJCF: "
+        f"{argument('lock', f'{joint.name}=0')})",
     )
 
 

@@ -31,7 +31,7 @@ def torque(
     n, count = qd.shape
     kinematics = solve_kinematics(arm, q)
     omega = omega_dot = np.zeros((3, count))
-    acceleration = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
+    acceleration = np.broadcast_to(-int(gravity) * arm.gravity_vector[:, None], (3, count))
     forces, moments = [], []
     for i in range(n):
         z = kinematics.joint_axes[i]

@@ -28,7 +28,7 @@ def torque(
     cos_q, sin_q = np.cos(q), np.sin(q)
     steps = [_step(arm, i, q[i], cos_q[i], sin_q[i]) for i in range(n)]
     omega = omega_dot = np.zeros((3, count))
-    acceleration = np.broadcast_to(-int(gravity) * arm.gravity[:, None], (3, count))
+    acceleration = np.broadcast_to(-int(gravity) * arm.gravity_vector[:, None], (3, count))
     motions = []
     for i, step in enumerate(steps):
         # Up to the joint's origin with the link before, then into link frame i.

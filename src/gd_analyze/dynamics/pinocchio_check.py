@@ -101,7 +101,7 @@ def round_off_bounds(arm: RobotArm, q: FloatArray, qd: FloatArray, qdd: FloatArr
     inertia = float((arm.mass * reach**2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
     velocities = float(np.abs(qd).sum(axis=-1).max())
     accelerations = float(np.abs(qdd).sum(axis=-1).max())
-    gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
+    gravity = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity_vector))
     unit = 20 * arm.n_joints * np.finfo(float).eps
     # Newton-Euler gives h as a difference of torques with gravity, so it contains gravity's round-off.
     h = inertia * velocities**2 + gravity
@@ -142,7 +142,7 @@ def pinocchio_model(arm: RobotArm) -> Any:
 
     model = pin.Model()
     model.name = arm.name
-    model.gravity.linear = np.array(arm.gravity)
+    model.gravity.linear = np.array(arm.gravity_vector)
     parent, behind = 0, pin.SE3.Identity()
     for i, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True)):
         unaligned = getattr(pin, f"JointModel{joint.kind.capitalize()}Unaligned")

@@ -72,7 +72,7 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
     axes, points, moments = _at_zero(arm)
     signs, parallel = _aligned(revolute, axes)
     origins = _origins(revolute, axes, points, moments)
-    frames = _frames(revolute, axes, origins, arm.gravity)
+    frames = _frames(revolute, axes, origins, arm.gravity_vector)
     rotations, offsets = zip(*(_step(frames[i], frames[i + 1], revolute[i]) for i in range(n)), strict=True)
     from_base = [_moved(moments[i], frames[i + 1].T, -frames[i + 1].T @ origins[i]) for i in range(n)]
     steps = [frames[i].T @ (origins[i] - origins[max(i - 1, 0)]) for i in range(n)]
@@ -107,7 +107,7 @@ def regrouped(arm: RobotArm) -> RegroupedArm:
         )
         for i in range(n)
     )
-    return RegroupedArm(frames[0], origins[0], _without_round_off(frames[0].T @ arm.gravity), links)
+    return RegroupedArm(frames[0], origins[0], _without_round_off(frames[0].T @ arm.gravity_vector), links)
 
 
 def _at_zero(arm: RobotArm) -> tuple[list[FloatArray], list[Array], list[Array]]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray, evenly
-from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.base_parameters import link_regressor
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD, Element, elements
 from gd_analyze.dynamics.uncertainty import Drawn
 from gd_analyze.dynamics.verdicts import least_changes, representing, representing_at
@@ -124,10 +124,10 @@ def elements_per_unit(arm: RobotArm, q: Array, qd: Array) -> FloatArray:
     Joint i's torque is D_ij if only joint j accelerates, and h_i if none does.
     """
     n, count = q.shape
-    weightless = replace(arm, gravity=np.zeros(3))
+    weightless = replace(arm, gravity_vector=np.zeros(3))
     velocities = np.concatenate([np.zeros((n, n * count)), qd], axis=1)
     accelerations = np.concatenate([np.repeat(np.eye(n), count, axis=1), np.zeros((n, count))], axis=1)
-    torques = regressor(weightless, np.tile(q, n + 1), velocities, accelerations)
+    torques = link_regressor(weightless, np.tile(q, n + 1), velocities, accelerations)
     torques = torques.reshape(n, n, -1, n + 1, count)
     rows = [torques[e.i, :, :, n if e.j is None else e.j] for e in _judged(arm)]
     return np.moveaxis(np.array(rows), -1, 1)

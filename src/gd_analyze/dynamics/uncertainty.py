@@ -12,7 +12,12 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import Array, FloatArray, chunks
-from gd_analyze.dynamics.base_parameters import inertial_parameters, parameters_of, point_masses, regressor
+from gd_analyze.dynamics.base_parameters import (
+    inertial_parameters,
+    link_regressor,
+    parameters_of,
+    point_masses,
+)
 from gd_analyze.errors import ArmError, require_type
 from gd_analyze.motions.states import States, states_for
 from gd_analyze.robots.arm import RobotArm
@@ -54,7 +59,7 @@ def torque_uncertainty(arm: RobotArm, states: States, drives: bool | None = None
     q, qd, qdd = states_for(arm, states).last
     squares = np.zeros(q.shape)
     for chunk in chunks(q.shape[1]):
-        per_unit = regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
+        per_unit = link_regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
         for s, change in enumerate(changes):
             if change is not None:
                 effects = np.einsum("pk,ikn->pin", change, per_unit[: s + 1, s])
@@ -70,7 +75,7 @@ def _of_spread(arm: RobotArm, spread: FloatArray, states: States, drives: bool) 
     q, qd, qdd = states_for(arm, states).last
     squares = np.zeros(q.shape)
     for chunk in chunks(q.shape[1]):
-        per_unit = regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
+        per_unit = link_regressor(arm, q[:, chunk], qd[:, chunk], qdd[:, chunk])
         effects = np.einsum("ksp,ispn->kin", spread[:, :, :10], per_unit)
         if drives:
             effects += spread[:, :, 10, None] * qdd[:, chunk]

@@ -18,7 +18,8 @@ Negligible
     negligible elements may be left out together: n of D, one of h and one of c make a joint's torque.
 Verdict
     "zero", if neither part nor a drive is there; "negligible", if the torque, the drive's included, is;
-    "drive", if that of the links' parts is; or else the parts that represent the element.
+    "drive", if that of the links' parts is; "gravity", of any other element of c, which is all translation;
+    or else the parts that represent the element.
 """
 
 from __future__ import annotations
@@ -85,11 +86,11 @@ def negligible_torque(allowed: FloatArray) -> FloatArray:
 
 
 def verdict_words(
-    dominant: Array, is_zero: Array, is_negligible: Array, are_links_negligible: Array
+    dominant: Array, is_zero: Array, is_negligible: Array, are_links_negligible: Array, is_gravity: Array
 ) -> Array:
     """Verdicts, of what represents elements, with the drive and of the links' parts alone."""
-    conditions = [is_zero, is_negligible, are_links_negligible]
-    return np.select(conditions, ["zero", "negligible", "drive"], dominant)
+    conditions = [is_zero, is_negligible, are_links_negligible, is_gravity]
+    return np.select(conditions, ["zero", "negligible", "drive", "gravity"], dominant)
 
 
 def verdict_definition(threshold: float, n_joints: int) -> str:

@@ -8,14 +8,14 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
-from gd_analyze.arguments import strict
+from gd_analyze.arguments import several, strict, words_of
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.exporting.c import C, Cpp
 from gd_analyze.exporting.export_input import FURTHER, ExportInput
 from gd_analyze.exporting.language import Casadi, Jax, Language, Matlab, Python, Sympy
 from gd_analyze.exporting.latex import Latex
-from gd_analyze.exporting.names import LANGUAGES
+from gd_analyze.exporting.names import LANGUAGES, SPELLINGS
 from gd_analyze.exporting.vectors import tests_of
 from gd_analyze.files import path_of, write_together
 from gd_analyze.result import Fact, Result, Shown, Value, attributes_of
@@ -150,12 +150,13 @@ class Exported:
 def export(
     source: SimplifiedModel | RobotArm | str | Path,
     languages: str | Sequence[str],
+    folder: str | Path | None = None,
     *,
     name: str | None = None,
     scalar: str = "double",
     drives: bool | None = None,
     certificate: Certificate | None = None,
-    what: Sequence[str] = (),
+    what: str | Sequence[str] = (),
     tests: bool = False,
 ) -> Exported:
     """Write a simplified model, or an arm's exact dynamics, in other languages.
@@ -165,7 +166,9 @@ def export(
     source
         The model; or an arm, its name or its file, for its exact dynamics.
     languages
-        One or several of `LANGUAGES`.
+        One or several of "c", "casadi", "cpp" (or "c++"), "jax", "latex", "matlab", "python" and "sympy".
+    folder
+        Folder to write the files to; without it nothing is written.
     name
         Prefix of all declared names and of the files' names; by default from the arm's name.
     scalar
@@ -175,7 +178,7 @@ def export(
     certificate
         Proven bound on the model's error, from `certify`, to be stated in the text.
     what
-        Functions beside torque, D, h and c: "derivatives" of the torque, the "coriolis_matrix", "forward"
+        Functions beside the torque, D, h and c: "derivatives" of the torque, the "coriolis_matrix", "forward"
         dynamics, the torque of a "payload", "friction", the torque's "regressor" to the base
         parameters, and the torque with these "parameters" as an argument; of a model, with its terms alone.
     tests
@@ -185,25 +188,26 @@ def export(
     Returns
     -------
     Exported
-        Texts by file name; `save` writes them.
+        Texts by file name.
 
     Raises
     ------
     UsageError
         If a language, scalar or function is unknown, or name or certificate do not fit.
+    OutputError
+        If the files cannot be written.
     """
-    require_type(what, (list, tuple), "what", f"a list of some of {', '.join(FURTHER)}")
+    functions = words_of(what, ("torque", *FURTHER), "what")
     require_type(certificate, (Certificate, NoneType), "certificate", "a Certificate of `certify`, or None")
-    for word in what:
-        if word not in FURTHER:
-            expected = ", ".join(FURTHER)
-            raise UsageError("there is no such function", where="what", expected=expected, found=str(word))
     if isinstance(source, SimplifiedModel):
         export_input = ExportInput.of_model(source, name, certificate)
     else:
         arm = arm_with_masses(source)
         export_input = ExportInput.of_exact(ExactForm(arm, arm.counts_drives(drives)), name)
-    return written(export_input.with_functions(what), languages, scalar, tests=tests)
+    exported = written(export_input.with_functions(functions), languages, scalar, tests=tests)
+    if folder is not None:
+        exported.save(folder)
+    return exported
 
 
 def export_decomposition(
@@ -237,10 +241,11 @@ def languages_named(languages: str | Sequence[str], scalar: str = "double") -> d
     """Languages by their names, all with the same type of numbers; a UsageError for those without it."""
     require_type(languages, (str, list, tuple), "languages", f"one or several of {', '.join(LANGUAGES)}")
     chosen: dict[str, Language] = {}
-    for name in (languages,) if isinstance(languages, str) else languages:
+    for word in several(languages):
+        name = SPELLINGS.get(word, word)
         if name not in LANGUAGES:
             expected = f"some of {', '.join(LANGUAGES)}"
-            raise UsageError("no such language", where="languages", expected=expected, found=str(name))
+            raise UsageError("no such language", where="languages", expected=expected, found=str(word))
         language = CLASSES[name]
         if scalar not in language.scalars:
             message, expected = f"no such type of numbers in {name}", " or ".join(language.scalars)

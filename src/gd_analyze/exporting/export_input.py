@@ -385,7 +385,7 @@ def _payload_program(arm: RobotArm) -> Program:
     tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     massless = (0.0,) * (n - 1)
     carried = SimpleNamespace(
-        **{name: getattr(arm, name) for name in ("joints", "links", "gravity", "is_revolute")},
+        **{name: getattr(arm, name) for name in ("joints", "links", "gravity_vector", "is_revolute")},
         mass=np.array([*massless, mass])[:, None],
         com=[*np.zeros((n - 1, 3)), turn @ np.array([x, y, z]) + arm.tip_frame.translation],
         inertia_com=[*np.zeros((n - 1, 3, 3)), turn @ tensor @ turn.T],

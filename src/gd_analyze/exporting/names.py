@@ -9,6 +9,8 @@ import unicodedata
 from collections.abc import Sequence
 
 LANGUAGES = ("c", "casadi", "cpp", "jax", "latex", "matlab", "python", "sympy")
+# Other spellings of these.
+SPELLINGS = {"c++": "cpp"}
 
 # MATLAB allows 63 characters, including those appended to a name.
 LONGEST_NAME = 40

@@ -152,8 +152,8 @@ def skeleton(arm: RobotArm, q: FloatArray) -> FloatArray:
 
 def upright_frame(arm: RobotArm) -> FloatArray:
     """Unit vectors of the drawing, rows: two horizontal ones and up, against gravity (z without gravity)."""
-    strength = float(np.linalg.norm(arm.gravity))
-    up = -np.asarray(arm.gravity) / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
+    strength = float(np.linalg.norm(arm.gravity_vector))
+    up = -np.asarray(arm.gravity_vector) / strength if strength > 0 else np.array([0.0, 0.0, 1.0])
     first = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     first = first - (first @ up) * up
     first /= np.linalg.norm(first)

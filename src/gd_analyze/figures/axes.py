@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from gd_analyze.arguments import several
 from gd_analyze.arrays import runs
 from gd_analyze.errors import UsageError
 from gd_analyze.figures import joints
@@ -43,17 +44,17 @@ class ElementPlots:
         methods = (f"{name}()" for name in dir(self) if not name.startswith("_") and name != "run")
         return f"{type(self).__name__}: {', '.join(methods)}"
 
-    def inertia(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+    def inertia(self, elements: str | Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
         """Elements of D by effect.
 
         Parameters
         ----------
         elements
-            Labels, such as ["D12", "D15"]; by default the whole upper triangle.
+            A label, such as "D12", or several; by default the whole upper triangle.
         ax
             Axes to draw on, one per element, in place of a new figure.
         look
-            `x`, "time" (default) or "set point"; `effects`, some of "translation", "rotation" and "combined";
+            `x`, "time" (default) or "set point"; `effects`, of "translation", "rotation" and "combined";
             `marked`, whether set points are marked, by default if there are up to 50.
 
         Raises
@@ -64,20 +65,22 @@ class ElementPlots:
         return axes_of(inertia_figure(self.run, self._look(elements, look)), ax)
 
     def coriolis_centrifugal(
-        self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any
+        self, elements: str | Sequence[str] = (), *, ax: Given = None, **look: Any
     ) -> list[Axes]:
         """Elements of h by effect; arguments as for `inertia`, effects also "centrifugal" and "coriolis"."""
         return axes_of(vector_figure(self.run, "coriolis_centrifugal", self._look(elements, look)), ax)
 
-    def gravity_loading(self, elements: Sequence[str] = (), *, ax: Given = None, **look: Any) -> list[Axes]:
+    def gravity_loading(
+        self, elements: str | Sequence[str] = (), *, ax: Given = None, **look: Any
+    ) -> list[Axes]:
         """Elements of c; arguments as for `inertia`."""
         return axes_of(vector_figure(self.run, "gravity_loading", self._look(elements, look)), ax)
 
-    def _look(self, elements: Sequence[str], look: Mapping[str, Any]) -> Look:
+    def _look(self, elements: str | Sequence[str], look: Mapping[str, Any]) -> Look:
         is_short = len(self.run.time) <= MOST_MARKED_SET_POINTS
-        fields: dict[str, Any] = {"elements": tuple(elements), "marked": is_short, **look}
-        if "effects" in fields:
-            fields["effects"] = tuple(fields["effects"])
+        fields: dict[str, Any] = {"elements": elements, "marked": is_short, **look}
+        for name in {"elements", "effects"} & fields.keys():
+            fields[name] = several(fields[name])
         return Look(**fields)
 
 

@@ -57,17 +57,15 @@ def cells(run: Run) -> dict[str, Cell]:
     columns = {str(name): values.values for name, values in ranking.data_vars.items()}
     for k, label in enumerate(ranking.element.values.tolist()):
         sizes = dict(zip(("translation", "rotation"), columns["part_rms"][k].tolist(), strict=True))
-        verdict = str(columns["verdict"][k])
         if columns["quantity"][k] == "gravity_loading":
             sizes = {"gravity": sizes["translation"]}
-            verdict = verdict if verdict in ("zero", "negligible") else "gravity"
         # Both are inertias, whose torques are these times the acceleration.
         sizes["drives"] = float(columns["drive"][k])
         total = sum(sizes.values())
         parts = {name: size / total for name, size in sizes.items() if size}
         share = float(columns["torque_share"][k] + columns["drive_torque_share"][k])
         joint = int(columns["torque_joint"][k])
-        out[label] = Cell(label, share, joint, joint - 1 != rows[label], parts, verdict)
+        out[label] = Cell(label, share, joint, joint - 1 != rows[label], parts, str(columns["verdict"][k]))
     return out
 
 

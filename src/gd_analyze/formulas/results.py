@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 
 from gd_analyze.dynamics.base_parameters import BaseParameters
-from gd_analyze.formulas.formula import Product
+from gd_analyze.formulas.base_symbols import BaseSymbols, parted_name
+from gd_analyze.formulas.formula import Formula, Piece, Product, Symbol
 from gd_analyze.formulas.languages import LatexPrinter, MathML, Plain, Written, formatted
 from gd_analyze.formulas.languages import equation_part as written_equations
 from gd_analyze.formulas.scripts import (
@@ -20,12 +20,10 @@ from gd_analyze.formulas.scripts import (
     variable_names,
 )
 from gd_analyze.formulas.writing import base_formula, element_formula, factor_legend, powers
-from gd_analyze.harmonics.equations import Equation, each_equation, harmonics_for
+from gd_analyze.harmonics.equations import Equation
 from gd_analyze.harmonics.terms import Factor
 from gd_analyze.harmonics.transform import Harmonics
-from gd_analyze.result import Column, Fact, Result, Shown, Table, Value
-from gd_analyze.robots.arm import RobotArm
-from gd_analyze.robots.catalogue import arm_with_masses
+from gd_analyze.result import Column, Fact, Part, Result, Shown, Table, Value
 
 
 class WrittenElements(tuple[Equation, ...]):
@@ -42,46 +40,6 @@ class WrittenElements(tuple[Equation, ...]):
     @property
     def _written(self) -> Written:
         return Written(tuple(map(element_formula, self)))
-
-
-def equations(
-    dynamics: Harmonics | RobotArm | str | Path, elements: Sequence[str] = (), *, min_share: float = 0.0
-) -> WrittenElements:
-    """Find the exact equations of elements of D, of the Christoffel symbols h_ijk and of c.
-
-    Parameters
-    ----------
-    dynamics
-        An arm, the name of a built-in one, the path of its file, or its exact dynamics.
-    elements
-        Labels: "D12", "h112", "c2"; "h1" for all nonzero h_1jk (j <= k); "D", "h", "c" for all nonzero
-        elements of a kind. By default all. Commas separate indices of two digits: "D1,10".
-    min_share
-        Leave out terms below this share of the element's largest term.
-
-    Returns
-    -------
-    WrittenElements
-        A tuple of `Equation` in the given order, in kg, m, s and rad, which prints as text and, in a
-        notebook, as mathematics; a zero element named by all its indices has no terms.
-
-    Raises
-    ------
-    UsageError
-        If a label does not name an element of the arm.
-
-    Examples
-    --------
-    >>> import gd_analyze as gd
-    >>> print(gd.equations("two_link", ["D12", "h1", "c1"]))
-    D12 = 0.5 C2 + 0.333
-    h112 = -0.5 S2
-    h122 = -0.5 S2
-    c1 = 19.6 C1 + 4.9 C12
-    """
-    if not isinstance(dynamics, Harmonics):
-        dynamics = harmonics_for(arm_with_masses(dynamics), elements)
-    return WrittenElements(each_equation(dynamics, elements, min_share=min_share))
 
 
 def equation_text(equation: Equation, form: str, digits: int, width: int) -> str:
@@ -188,17 +146,24 @@ def _spans(links: tuple[int, ...]) -> str:
     return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in zip(starts, ends, strict=True))
 
 
-def base_equations(base: BaseParameters, form: str, digits: int) -> Iterable[str]:
-    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each."""
+def base_equations(
+    base: BaseParameters, form: str, digits: int, symbols: BaseSymbols | None = None
+) -> Iterable[str]:
+    """MX2 = mx2 + 0.432 m3..6 = 3.8 kg m, a line each; in symbols mx2 and others follow."""
     printer = LatexPrinter(digits) if form == "latex" else Plain(digits)
-    for parameter in base:
+    formulas = map(base_formula, base) if symbols is None else symbols.formulas()
+    for parameter, formula in zip(base, formulas, strict=True):
         unit = f" {parameter.unit}"
         if form == "latex":
             unit = rf" \; \mathrm{{{parameter.unit.replace(' ', '~')}}}"
-        yield f"{printer.line(base_formula(parameter))} = {printer.sum((Product(parameter.number),))}{unit}"
+        yield f"{printer.line(formula)} = {printer.sum((Product(parameter.number),))}{unit}"
+    if symbols is not None:
+        yield from map(printer.line, symbols.definitions())
 
 
-def base_parameters_result(base: BaseParameters, form: str, text: str, digits: int) -> Result:
+def base_parameters_result(
+    base: BaseParameters, form: str, text: str, digits: int, symbols: BaseSymbols | None = None
+) -> Result:
     """The parameters with their combinations, the acting parameters of every link, and the frames."""
     effects = ("number", "translation", "rotation", *(("drive",) if base.drives else ()))
     of_effects = {
@@ -231,6 +196,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
             Value("acting_alone", [{"kind": kind, "link": link} for kind, link in base.acting_alone]),
             Value("never_acting", [{"kind": kind, "link": link} for kind, link in base.never_acting]),
             Value("frames", [asdict(frame) for frame in base.frames]),
+            *([] if symbols is None else [Value("symbols", dict(symbols.values))]),
             Value("format", form),
             Value("written", text),
         ),
@@ -243,7 +209,7 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
                 **of_effects,
                 unit=[parameter.unit for parameter in base],
             ),
-            written_equations(None, "Combinations", map(base_formula, base), digits=digits),
+            *_combinations(base, symbols, digits),
             _texts(
                 "Effect of the links' parameters on the torques",
                 link=[*map(str, links)],
@@ -256,6 +222,26 @@ def base_parameters_result(base: BaseParameters, form: str, text: str, digits: i
             ),
         ),
     )
+
+
+def _combinations(base: BaseParameters, symbols: BaseSymbols | None, digits: int) -> list[Part]:
+    """The combinations; in symbols with what their parameters and symbols stand for."""
+    if symbols is None:
+        return [written_equations(None, "Combinations", map(base_formula, base), digits=digits)]
+    note = (
+        "Centre (x2, y2, z2) and inertia about it (I2xx, ...) are in link frame 2; what is zero is left out."
+    )
+    values = [
+        Formula(Symbol(*parted_name(name)), (Piece(Product(value)),))
+        for name, value in symbols.values.items()
+    ]
+    return [
+        written_equations("combinations", "Combinations", symbols.formulas(), digits=digits),
+        written_equations(
+            "links", "Parameters of the links", symbols.definitions(), note=note, digits=digits
+        ),
+        written_equations(None, "Symbols, SI units", values, digits=digits),
+    ]
 
 
 def _texts(title: str, note: str = "", /, **columns: Sequence[str]) -> Table:

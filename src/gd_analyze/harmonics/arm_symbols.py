@@ -93,7 +93,7 @@ class ArmSymbols:
                     inertia_com=self._inertia(inertia, i),
                 )
             )
-        self.gravity = self._gravity(arm.gravity)
+        self.gravity = self._gravity(arm.gravity_vector)
 
     @property
     def used(self) -> tuple[ArmSymbol, ...]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from gd_analyze.arrays import falling, members
 from gd_analyze.dynamics.generalized_dalembert import EFFECTS
-from gd_analyze.errors import ArmError, UsageError
+from gd_analyze.errors import ArmError, UsageError, argument
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.element_products import ElementProducts, Products
 from gd_analyze.harmonics.terms import Monomial
@@ -71,8 +71,8 @@ def harmonics_for(arm: RobotArm, elements: Sequence[str] = ()) -> Harmonics:
             where=f"arm {arm.name}",
             expected=f"at most {MOST_JOINTS_WITH_TERMS} joints with axes that are not parallel",
             found=f"{n} joints",
-            next_step=f"name elements, such as --element D{joined((n - 1, n - 1))}; `gd-analyze simplify "
-            "ROBOT --level element` takes any number of joints",
+            next_step=f"name elements, such as {argument('elements', f'D{joined((n - 1, n - 1))}')}; "
+            "`gd-analyze simplify ROBOT --level element` takes any number of joints",
         )
     rows = (min(indices) for kind, indices, _ in requested if kind != "c")
     return harmonics_behind(arm, min(rows, default=arm.n_joints))
@@ -160,7 +160,8 @@ def _equation(
             where=f"arm {arm.name}",
             expected=f"elements of at most {most} terms",
             found=f"{kind}{joined(indices)} alone has {len(weights)}",
-            next_step=f"name elements, such as --element {kind}{joined(indices)} --min-share 1%",
+            next_step="give a `min_share` to named elements, such as "
+            f"{argument('elements', f'{kind}{joined(indices)}')}",
         )
     sizes = {factors: abs(float(row[0])) * _largest_value(arm, factors) for factors, row in weights.items()}
     largest = max(sizes.values(), default=0.0)

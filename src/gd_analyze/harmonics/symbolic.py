@@ -125,10 +125,10 @@ def symbolic_equations(
     if not elements and arm.n_joints > MOST_JOINTS:
         raise UsageError(
             f"all equations of arm {arm.name} are too long to be written in symbols",
-            where="--symbolic",
+            where="symbolic",
             expected=f"at most {MOST_JOINTS} joints, or elements",
             found=f"{arm.n_joints} joints",
-            next_step="name elements, such as --element D12 or --element c2",
+            next_step="name elements, such as `elements=['D12', 'c2']`",
         )
     source = _Source(arm)
     out: list[SymbolicElement] = []
@@ -147,7 +147,7 @@ def symbolic_equations(
                 expected=f"at most {thousands(MOST_SYMBOLIC_TERMS)} terms on the way",
                 found=f"{label} of {arm.n_joints} joints",
                 next_step=f"elements of outer joints are shorter, such as "
-                f"D{joined((arm.n_joints - 1,) * 2)}, and so are all without --symbolic",
+                f"D{joined((arm.n_joints - 1,) * 2)}, and so are all with numbers",
             ) from None
         worst = max(worst, source.compare(kind, indices, written))
         names = EFFECTS if len(written) > 1 else ("",)

@@ -182,7 +182,7 @@ def _require_affordable(arm: RobotArm, first: int) -> None:
         expected=f"a grid of at most {MOST_BYTES / 1e9:g} GB, as of 10 revolute joints",
         found=f"{n} joints: values on a grid of {size / 1e9:.3g} GB",
         next_step=f"{affordable}without exact equations any number of joints is possible: `gd-analyze ROBOT "
-        "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze compare`",
+        "TRAJECTORY`, `gd-analyze simplify ROBOT --level element` and `gd-analyze formulations`",
     )
 
 
@@ -224,7 +224,7 @@ def round_off_cut(arm: RobotArm) -> tuple[float, float]:
     reach += float(np.linalg.norm(arm.joints[0].placement.translation))
     unit = 10 * arm.n_joints * float(np.finfo(float).eps) / 2 * 2.0 ** (prismatic + any(arm.is_revolute))
     inertia = float((arm.mass * max(reach, 1.0) ** 2 + np.abs(arm.inertia_com).sum(axis=(1, 2))).sum())
-    potential = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity))
+    potential = float(arm.mass.sum() * reach * np.linalg.norm(arm.gravity_vector))
     return unit * inertia, unit * potential
 
 
@@ -270,7 +270,7 @@ def _potential_on_grid(arm: RobotArm) -> FloatArray:
     out = np.empty((arm.n_joints, q.shape[1]))
     for chunk in chunks(q.shape[1]):
         positions = solve_kinematics(arm, q[:, chunk]).com_positions
-        out[:, chunk] = -np.einsum("s,a,san->sn", arm.mass, arm.gravity, positions)
+        out[:, chunk] = -np.einsum("s,a,san->sn", arm.mass, arm.gravity_vector, positions)
     return out.reshape(-1, *shape)
 
 

@@ -81,7 +81,7 @@ def consistent(estimate: Estimate, unknowns: Unknowns) -> FloatArray:
         raise GdAnalyzeError(
             "no physically consistent parameters were found",
             found=f"the solver's answer: {solution.status}",
-            next_step="--plain (physical=False) takes plain least squares; check its parameters",
+            next_step="physical=False takes plain least squares; check its parameters",
         )
     return values
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.base_parameters import link_regressor
 from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.identification.estimate import described, plausible_sizes
 from gd_analyze.identification.rows import Unknowns, columns_of_unknowns
@@ -50,7 +50,7 @@ class ExpectedEquations:
         # A differentiable sign: `identify` leaves out creeping joints.
         own = own_columns(qdd, np.tanh(speed / CREEPING_SHARE), speed)
         own[..., 1:] *= self.usual
-        whole = columns_of_unknowns(self.unknowns, regressor(self.arm, q, qd, qdd), own)
+        whole = columns_of_unknowns(self.unknowns, link_regressor(self.arm, q, qd, qdd), own)
         rows = np.ascontiguousarray(np.swapaxes(whole, 1, 2))
         return rows @ (self.sizes[:, None] * self.acting) / self.usual
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gd_analyze.arrays import CHUNK, Array, FloatArray
-from gd_analyze.dynamics.base_parameters import PARAMETERS, regressor
+from gd_analyze.dynamics.base_parameters import PARAMETERS, link_regressor
 from gd_analyze.dynamics.friction import own_columns
 from gd_analyze.motions.measured import directions
 from gd_analyze.motions.trajectory import Trajectory
@@ -124,7 +124,7 @@ def identification_rows(
     signs = directions(motion, fastest)
     parts: list[list[JointRows]] = [[] for _ in range(n)]
     for at, starts in _windows(motion):
-        per_unit = regressor(arm, motion.q[at].T, motion.qd[at].T, motion.qdd[at].T)
+        per_unit = link_regressor(arm, motion.q[at].T, motion.qd[at].T, motion.qdd[at].T)
         counts = np.diff(starts, append=at.stop - at.start)
         time = np.add.reduceat(motion.time[at], starts) / counts
         own = own_columns(motion.qdd[at].T, signs[at].T, motion.qd[at].T)

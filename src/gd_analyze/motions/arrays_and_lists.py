@@ -50,7 +50,7 @@ def read_numpy(path: Path) -> ArrayTable:
         if array.dtype.names:
             return _table_of_arrays(path, {name: array[name] for name in array.dtype.names})
     command = f"import numpy; numpy.savetxt('log.csv', numpy.load({str(path)!r}), delimiter=',')"
-    step = f'python -c "{command}" writes it as CSV, for --map q=#2..#7 and so on'
+    step = f'python -c "{command}" writes it as CSV, for `map=["q=#2..#7"]` and so on'
     content = f"an array of shape {array.shape} without names"
     raise refusal("the columns have no names", Location(path), "named arrays, an .npz", content, step)
 

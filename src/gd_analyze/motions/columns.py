@@ -8,11 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from gd_analyze.errors import argument
 from gd_analyze.motions.column_units import fitting_unit, units_of
 from gd_analyze.motions.families import Family, families_of
 from gd_analyze.motions.instants import TimeColumns, time_columns
 from gd_analyze.motions.joint_names import JointNames
-from gd_analyze.motions.mapping import NamedLog, listed_names, map_option
+from gd_analyze.motions.mapping import NamedLog, listed_names
 from gd_analyze.motions.names import OTHER, TIMED, ColumnName, are_of_set_points, column_name
 from gd_analyze.motions.not_understood import (
     ZERO,
@@ -101,7 +102,7 @@ def _named(table: LogTable, arm: RobotArm, reading: Reading) -> NamedLog:
     names = [_judged(column_name(text, log.joints), log, column) for column, text in enumerate(table.names)]
     if log.given_joints and not any(name.joint is not None for name in names):
         message, listed = "no column names one of these joints", listed_names(table.names)
-        where = f"--map joints={','.join(log.given_joints)}"
+        where = argument("map", f"joints={','.join(log.given_joints)}")
         step = "give the joints' names as they stand in the names of the columns"
         raise refusal(message, where, "joints of the log", listed, step)
     _take_joints_from_cells(names, log)
@@ -250,7 +251,7 @@ def _column(log: NamedLog, role: MotionRole, joint: int, family: Family | None) 
     if len(columns) == 1:
         return columns[0]
     candidates = listed_names([f"{table.names[c]} (column {c + 1})" for c in columns])
-    step = f"choose: {' or '.join(map_option(f'{role}:{name}=#{c + 1}') for c in columns[:4])}"
+    step = f"choose: {' or '.join(argument('map', f'{role}:{name}=#{c + 1}') for c in columns[:4])}"
     message = f"{len(columns)} columns hold {role} of {name}"
     raise refusal(message, table.where(None, columns[1]), "one", candidates, step)
 
@@ -267,10 +268,10 @@ def _unit_of(log: NamedLog, role: str, index: int, column: int) -> str:
         return unit
     message = f"column {table.names[column]} is in {stated}"
     units = units_of(role, revolute)
-    another = map_option(f"{role}:{joint.name}={table.names[column]}:{next(reversed(units))}")
+    another = argument("map", f"{role}:{joint.name}={table.names[column]}:{next(reversed(units))}")
     step = f"check its joint, as {joint.name} is {joint.kind}; {another} states another unit"
     if role == "torque" and stated in UNITS["current"]:
-        step = "give --torque-constant, too"
+        step = "give `torque_constant`, too"
     raise refusal(message, table.where(None, column), ", ".join(units), stated, step)
 
 
@@ -283,7 +284,7 @@ def _require_one_role_each(choice: Choice, log: NamedLog) -> None:
     for column, claims in roles.items():
         if len(claims) > 1:
             message = f"column {log.table.shown(column)} is given two roles"
-            where, step = f"--map; {log.table.where(None, column)}", "`gd-analyze columns` shows the columns"
+            where, step = f"map; {log.table.where(None, column)}", "`gd-analyze columns` shows the columns"
             raise refusal(message, where, "a column for each", " and ".join(claims), step)
 
 

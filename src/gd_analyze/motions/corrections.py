@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import UsageError
+from gd_analyze.errors import UsageError, argument
 from gd_analyze.motions.correction import Correction, inverse
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import LARGEST, in_python, number_in
@@ -78,8 +78,8 @@ class Corrections:
         )
         return cls(
             (couple,) if isinstance(couple, str) else tuple(couple),
-            _signs(position_sign, "--position-sign"),
-            _signs(torque_sign, "--torque-sign"),
+            _signs(position_sign, "position_sign"),
+            _signs(torque_sign, "torque_sign"),
             tuple(_offset(str(joint).strip(), value) for joint, value in offsets),
             _lag(lag),
         )
@@ -101,17 +101,17 @@ class Corrections:
             if len(torque_constant) != n:
                 message, expected = "the torque constants do not fit the arm", f"{n} numbers, N m/A (N/A)"
                 step, count = "give one for every joint, with commas", str(len(torque_constant))
-                raise _unusable(message, "--torque-constant", expected, count, step)
+                raise _unusable(message, "torque_constant", expected, count, step)
             correction = correction.with_torque(np.diag(np.array(torque_constant, dtype=float)))
         for word in self.couple:
             correction = correction.with_joints(_coupling(word, arm))
         if not np.linalg.cond(correction.position) < _LARGEST_CONDITION:
             message = "these sums couple joints so that one variable follows from the others"
             expected = "sums of which the variables as logged can be found again"
-            step = "check the factors; a single joint needs one sum: --couple q3=q3-q2"
-            raise _unusable(message, "--couple", expected, ", ".join(self.couple), step)
-        correction = correction.with_joints(_for_joints(self.position_sign, "--position-sign", n))
-        correction = correction.with_torque(_for_joints(self.torque_sign, "--torque-sign", n))
+            step = "check the factors; a single joint needs one sum: `couple='q3=q3-q2'`"
+            raise _unusable(message, "couple", expected, ", ".join(self.couple), step)
+        correction = correction.with_joints(_for_joints(self.position_sign, "position_sign", n))
+        correction = correction.with_torque(_for_joints(self.torque_sign, "torque_sign", n))
         for word, quantity in self.offset:
             joint = _joint(word, arm)
             correction = correction.with_offset(joint, _of_kind(quantity, word, arm.is_revolute[joint]))
@@ -120,10 +120,10 @@ class Corrections:
     def require_torques(self) -> None:
         """Refuse what concerns the torques of a log that has none."""
         if self.torque_sign or self.lag:
-            option = "--lag" if self.lag else "--torque-sign"
-            expected = "a log with columns of torque, or currents with --torque-constant"
-            step = "name them with --map 'torque=NAME*', or omit the option"
-            raise _unusable("the log has no torques to correct", option, expected, None, step)
+            name = "lag" if self.lag else "torque_sign"
+            expected = "a log with columns of torque, or currents with `torque_constant`"
+            step = f"name them with {argument('map', 'torque=NAME*')}, or omit it"
+            raise _unusable("the log has no torques to correct", name, expected, None, step)
 
 
 def typed(correction: Correction, revolute: Sequence[bool]) -> dict[str, str | list[str]]:
@@ -224,20 +224,20 @@ def _quantity(value: float, small: str) -> str:
     return text if quantity is not None and quantity.si == value else f"{value!r}{next(iter(sizes))}"
 
 
-def _signs(signs: str | Iterable[float], option: str) -> tuple[float, ...]:
+def _signs(signs: str | Iterable[float], name: str) -> tuple[float, ...]:
     values: list[Any] = [number_in(word) for word in signs.split(",")] if isinstance(signs, str) else [*signs]
     if any(value not in (1.0, -1.0) for value in values):
         expected = "1 or -1 per joint, with commas, or one for all"
-        step = f"{option} -1 reverses all joints, {option} 1,-1,1 the second of three"
-        raise _unusable("these are not signs", option, expected, in_python(signs), step)
+        step = f"{argument(name, '-1')} reverses all joints, {argument(name, '1,-1,1')} the second of three"
+        raise _unusable("these are not signs", name, expected, in_python(signs), step)
     return tuple(float(value) for value in values)
 
 
-def _for_joints(values: tuple[float, ...], option: str, n: int) -> FloatArray:
+def _for_joints(values: tuple[float, ...], name: str, n: int) -> FloatArray:
     if len(values) not in (0, 1, n):
         expected = f"{n} signs, or one for all"
-        step = f"{option} {','.join(['-1', *['1'] * (n - 1)])} reverses the first joint"
-        raise _unusable("the signs do not fit the arm", option, expected, str(len(values)), step)
+        step = f"{argument(name, ','.join(['-1', *['1'] * (n - 1)]))} reverses the first joint"
+        raise _unusable("the signs do not fit the arm", name, expected, str(len(values)), step)
     return np.diag(np.broadcast_to(values or 1.0, n))
 
 
@@ -246,8 +246,8 @@ def _offset(joint: str, value: object) -> tuple[str, Quantity]:
     if not joint or quantity is None or quantity.kind not in ("", "angle", "length"):
         expected = "a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm"
         word = in_python(f"{joint}={value}" if joint else value)
-        step = "--offset 3=90deg adds 90 degrees to the positions of joint 3"
-        raise _unusable("no joint with an offset", "--offset", expected, word, step)
+        step = "`offset=['3=90deg']` adds 90 degrees to the positions of joint 3"
+        raise _unusable("no joint with an offset", "offset", expected, word, step)
     return joint, quantity
 
 
@@ -256,11 +256,11 @@ def _of_kind(quantity: Quantity, word: str, revolute: bool) -> float:
     value = quantity.of_joint(revolute)
     if value is None:
         unit = "deg" if revolute else "mm"
-        step = f"--offset {word}={quantity.si:g}{unit} if it is in {unit}"
+        step = f"{argument('offset', [f'{word}={quantity.si:g}{unit}'])} if it is in {unit}"
         if quantity.kind:
-            step = f"check the joint's number; of this one: --offset {word}=5{unit}"
+            step = f"check the joint's number; of this one: {argument('offset', [f'{word}=5{unit}'])}"
         message = f"this is no offset of joint {word}, which {'turns' if revolute else 'slides'}"
-        raise _unusable(message, "--offset", joint_units(revolute), f"{word}={quantity}", step)
+        raise _unusable(message, "offset", joint_units(revolute), f"{word}={quantity}", step)
     return value
 
 
@@ -269,8 +269,8 @@ def _lag(lag: str | float) -> float:
     quantity = Quantity.parse(lag) if isinstance(lag, str) else Quantity(float(lag), "time")
     if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= LONGEST_LAG_SECONDS:
         expected = f"up to {LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s"
-        step = "--lag 4ms if torques are 4 ms late, --lag -4ms if they are early"
-        raise _unusable("this is no lag", "--lag", expected, in_python(lag), step)
+        step = "`lag='4ms'` if torques are 4 ms late, `lag='-4ms'` if they are early"
+        raise _unusable("this is no lag", "lag", expected, in_python(lag), step)
     return quantity.si
 
 
@@ -279,8 +279,11 @@ def _joint(word: str, arm: RobotArm) -> int:
     number = arm.joint_number(word)
     if number is None:
         n, names = arm.n_joints, ", ".join(joint.name for joint in arm.joints)
-        expected, step = f"a number of 1 to {n}, or a name: {names}", f"--offset {n}=0.1 is of the last joint"
-        raise _unusable(f"there is no joint {word!r}", "--offset", expected, in_python(word), step)
+        expected, step = (
+            f"a number of 1 to {n}, or a name: {names}",
+            f"{argument('offset', [f'{n}=0.1'])} is of the last joint",
+        )
+        raise _unusable(f"there is no joint {word!r}", "offset", expected, in_python(word), step)
     return number
 
 
@@ -298,11 +301,11 @@ def _coupling(word: str, arm: RobotArm) -> FloatArray:
             if row[joint - 1] != 0.0 and (np.abs(row) <= LARGEST).all():
                 return matrix
     expected = f"a joint's variable as a sum that contains it, joints from 1 to {n}: q3=q3-q2"
-    step = f"--couple q{n}=q{n}-q{n - 1} if joint {n} is logged with joint {n - 1}"
+    step = f"{argument('couple', f'q{n}=q{n}-q{n - 1}')} if joint {n} is logged with joint {n - 1}"
     if n == 1:
-        step = "omit --couple: the arm has one joint"
-    raise _unusable("this does not couple joints", "--couple", expected, in_python(word), step)
+        step = "omit it: the arm has one joint"
+    raise _unusable("this does not couple joints", "couple", expected, in_python(word), step)
 
 
-def _unusable(message: str, option: str, expected: str, found: str | None, next_step: str) -> UsageError:
-    return UsageError(message, where=option, expected=expected, found=found, next_step=next_step)
+def _unusable(message: str, name: str, expected: str, found: str | None, next_step: str) -> UsageError:
+    return UsageError(message, where=name, expected=expected, found=found, next_step=next_step)

@@ -140,7 +140,7 @@ def require_sound(
     expected, facts = details.get("expected", ""), [details.get("found", "")]
     if len(rows) == count:
         step, facts = (
-            "choose other columns with --map, or record anew",
+            "choose other columns with `map`, or record anew",
             [*facts, f"none of {count} rows can be read"],
         )
         raise refusal(message, details["where"], expected, facts, step)
@@ -150,7 +150,7 @@ def require_sound(
         warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
         return
     step = "; ".join(
-        filter(None, (details.get("next"), f"--drop-rows leaves {'them' if several else 'the row'} out"))
+        filter(None, (details.get("next"), f"drop_rows=True leaves {'them' if several else 'the row'} out"))
     )
     if several:
         message, facts = f"{len(rows)} rows are corrupt; in the first, {message}", [*facts, lines]

@@ -40,15 +40,31 @@ def power(
     Unlike positions, differences have no trend that leaks into all frequencies; their attenuation of high
     frequencies is compensated.
     """
-    from scipy.interpolate import PchipInterpolator
-    from scipy.signal import welch
-
     if np.abs(np.diff(time) * rate - 1).max(initial=0.0) >= _EVEN_STEP_TOLERANCE:
+        from scipy.interpolate import PchipInterpolator  # slow to load
+
         even = np.linspace(time[0], time[-1], len(time))
         readings = np.asarray(PchipInterpolator(time, readings)(even))
     differences = np.diff(readings, order) * rate**order
-    frequency, density = welch(differences, rate, "hann", nperseg=piece, detrend="constant")
-    return np.asarray(density / np.sinc(frequency / rate) ** (2 * order))
+    frequency = np.fft.rfftfreq(piece, 1 / rate)
+    return np.asarray(_density(differences, rate, piece) / np.sinc(frequency / rate) ** (2 * order))
+
+
+def _density(values: FloatArray, rate: float, piece: int) -> FloatArray:
+    """Mean one-sided power spectral density of pieces that overlap by half, each without its mean.
+
+    They pass a Hann window. It is what `scipy.signal.welch` returns, whose module is slow to load and large.
+    """
+    window = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, piece + 1)[:-1])
+    window = window * (1.0 / np.sqrt(sum(window**2) / (1.0 / rate)))
+    densities = []
+    for start in range(0, len(values) - piece + 1, piece - piece // 2):
+        part = values[start : start + piece]
+        spectrum = np.fft.rfft((part - part.mean()) * window)
+        densities.append(spectrum.real**2 + spectrum.imag**2)
+    density = np.stack(densities, axis=-1)
+    density[1 : (piece + 1) // 2] *= 2.0  # the negative frequencies
+    return np.asarray(density.mean(axis=-1))
 
 
 # Length of the pieces whose spectra are averaged, and the least number of readings in one.
@@ -289,7 +305,7 @@ def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Samp
     cutoffs = np.full(n, cutoff) if isinstance(cutoff, float | int) else np.array(cutoff, dtype=float)
     if cutoffs.shape != (n,):
         expected = f"one for all joints, or {n}"
-        raise refusal("wrong number of cut-offs", "--cutoff", expected, str(cutoffs.size))
+        raise refusal("wrong number of cut-offs", "cutoff", expected, str(cutoffs.size))
     most = _HIGHEST_GIVEN_RATE_SHARE / sampling.step
     if cutoffs.max() > most:
         message = "the cut-off is too high for the sample rate"
@@ -297,5 +313,5 @@ def _cutoffs_of_joints(cutoff: float | tuple[float, ...], n: int, sampling: Samp
         expected = (
             f"up to {significant(most)} Hz, a quarter of {significant(1 / sampling.step)} readings per second"
         )
-        raise refusal(message, "--cutoff", expected, highest, "give a lower one, or none to have it chosen")
+        raise refusal(message, "cutoff", expected, highest, "give a lower one, or none to have it chosen")
     return cutoffs

@@ -17,7 +17,7 @@ class Family:
     name: ColumnName  # of its first column, which stands for all but for the joint
     columns: Mapping[int, tuple[int, ...]]  # columns of each joint of the arm, from 0, normally one
     extra: tuple[int, ...]  # columns of joints that the arm lacks
-    pattern: str  # of its names, which --map takes; "" if there are several
+    pattern: str  # of its names, which `map` takes; "" if there are several
     why: str  # how the joints were matched
     unit: str = ""  # stated in all its names; "mixed" if they state several
     renamed: tuple[tuple[int, int], ...] = ()  # joints of the arm with a column of another name

@@ -1,4 +1,4 @@
-"""What to type where a log has fewer joints than the robot's file: options that hold the others."""
+"""What to type where a log has fewer joints than the robot's file: arguments that hold the others."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.mapping import NamedLog
 from gd_analyze.motions.names import are_of_set_points
-from gd_analyze.robots.catalogue import options_to_hold
+from gd_analyze.robots.catalogue import arguments_to_hold
 
 
 def ways_to_hold(log: NamedLog, columns: Mapping[int, Sequence[int]]) -> list[str]:
-    """Options that hold the joints that the log leaves out, each behind what must be true of them."""
+    """Arguments that hold the joints that the log leaves out, each behind what must be true of them."""
     ways = []
     for joints in _held(log, columns):
-        option = options_to_hold(log.arm, joints)
-        if option:
+        hold = arguments_to_hold(log.arm, joints)
+        if hold:
             listed = ", ".join(log.arm.joints[joint].name for joint in joints)
-            ways.append(f"{listed} {'rest' if len(joints) > 1 else 'rests'} at 0: {option}")
+            ways.append(f"{listed} {'rest' if len(joints) > 1 else 'rests'} at 0: {hold}")
     return ways
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gd_analyze.errors import Location, TrajectoryError
+from gd_analyze.errors import Location, TrajectoryError, argument
 from gd_analyze.files import RESULT_FILES, megabytes, read_at_most, shipped
 from gd_analyze.motions.arrays_and_lists import (
     begins_json,
@@ -21,7 +21,6 @@ from gd_analyze.motions.arrays_and_lists import (
     read_matlab,
     read_numpy,
 )
-from gd_analyze.motions.mapping import map_option
 from gd_analyze.motions.reading import Reading, refusal
 from gd_analyze.motions.ros import echoed_names, read_bag
 from gd_analyze.motions.stated_rate import stated_rate
@@ -167,7 +166,7 @@ def log_table(path: Path, reading: Reading, data: bytes | None, progress: Progre
 
 
 def _naming(table: LogTable, joints: int) -> str:
-    """Options that name the columns: time, positions, and derivatives where the numbers are derivatives."""
+    """What names the columns: time, positions, and derivatives where the numbers are derivatives."""
     width = len(table.names)
     # As many columns as joints, or a multiple, leave no column for time.
     has_time = width % joints > 0 or joints == 1
@@ -176,11 +175,11 @@ def _naming(table: LogTable, joints: int) -> str:
     roles = dict(zip(numeric, _derivatives(table, has_time, numeric, joints), strict=False))
     options = ["time=#1" if has_time else f"time={stated_rate(table)[0]}"]
     options += [f"{role}={_numbers(begin, joints)}" for begin, role in roles.items()]
-    step = f"if these are the columns: {' '.join(map(map_option, options))}"
+    step = f"if these are the columns: {argument('map', options)}"
     others = [begin for begin in numeric if begin not in roles]
     if others:
         torques = f"torque={_numbers(others[0], joints)}"
-        step += f", and {torques} where these are torques, or currents beside --torque-constant"
+        step += f", and {torques} where these are torques, or currents beside `torque_constant`"
     return step
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import Location, TrajectoryError
-from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
+from gd_analyze.errors import Location, TrajectoryError, argument
+from gd_analyze.motions.mapping import NamedLog, listed_names, typed_columns
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.sampling import usual_step
@@ -88,7 +88,7 @@ def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
     choices = [columns for rank, columns in candidates if rank == best]
     if len(choices) > 1:
         listed = typed_columns([columns.columns[0] for columns in choices], log.table)
-        step = "choose one: " + " or ".join(map_option(f"time={name}") for name in listed[:4])
+        step = "choose one: " + " or ".join(argument("map", f"time={name}") for name in listed[:4])
         where, expected = log.table.where(), "one column of time"
         raise refusal("several columns may be the time", where, expected, ", ".join(listed), step)
     return choices[0]
@@ -97,7 +97,7 @@ def _best(log: NamedLog, stand: Sequence[int]) -> TimeColumns:
 def _no_time(log: NamedLog, stand: Sequence[int]) -> TrajectoryError:
     table = log.table
     rate, words = stated_rate(table)
-    by_rate = f"give the samples per second: --map time={rate}{words}"
+    by_rate = f"give the samples per second: {argument('map', f'time={rate}')}{words}"
     if stand:
         cell = table.head(stand[0])[0]
         stamp = f"{cell:.10g}" if isinstance(cell, float) else str(cell)
@@ -109,7 +109,7 @@ def _no_time(log: NamedLog, stand: Sequence[int]) -> TrajectoryError:
             message = f"the time in column {name.text} is text that is not read as instants"
             expected = "numbers, or dates and times such as 2025-03-04T10:20:30.016Z or 10:20:30.016"
             return refusal(message, table.where(None, k), expected, in_python(table.head(k)[0]))
-    step = f"name it with --map time=COLUMN, or {by_rate}"
+    step = f"name it with {argument('map', 'time=COLUMN')}, or {by_rate}"
     expected = "a column such as time, timestamp or header.stamp, in numbers"
     message = "no column is recognized as time"
     return refusal(message, table.where(), expected, listed_names(table.names), step)
@@ -174,7 +174,7 @@ def in_seconds(
     unit, why = (stamp.unit, "dates and times") if stamp.unit else (chosen.unit, chosen.why)
     if stamp.unit and chosen.why == "as given" and chosen.unit:
         message, expected = f"{clock.name} holds dates, so it has no other unit", "numbers"
-        raise refusal(message, clock.where, expected, "dates and times", "omit --map time")
+        raise refusal(message, clock.where, expected, "dates and times", "omit the unit of time")
     if unit not in TIME_UNITS:
         unit, why = (clock.date_unit, "since 1970") if clock.date_unit else (unit, why)
     if rate is not None:
@@ -204,7 +204,7 @@ def _at_rate(clock: _Clock, unit: str, rate: float) -> tuple[FloatArray, tuple[s
             if unit in TIME_UNITS
             else f"{clock.first:.10g} first, steps of {least:g} at least"
         )
-        remedy = f"to count the rows in its place, give --map time={rate:g}Hz alone"
+        remedy = f"to count the rows in its place, give {argument('map', f'time={rate:g}Hz')} alone"
         raise refusal(message, clock.where, expected, content, remedy)
     return clock.values / rate, (SAMPLE, f"{rate:g} Hz as given")
 
@@ -213,16 +213,16 @@ def _unknown_unit(
     clock: _Clock, counts: bool, rate_by_velocities: str, stated: tuple[str, str]
 ) -> TrajectoryError:
     """Refusal of a unit that neither name nor numbers say, with the rate of the samples it may count."""
-    option, content = f"time={clock.name}", f"steps of {clock.step:g}, {len(clock.values)} rows"
+    mapped, content = f"time={clock.name}", f"steps of {clock.step:g}, {len(clock.values)} rows"
     if counts and rate_by_velocities:
         content += f"; positions against velocities say about {rate_by_velocities}"
-        remedy = f"{map_option(f'{option}:{rate_by_velocities}')} if it counts samples"
+        remedy = f"{argument('map', f'{mapped}:{rate_by_velocities}')} if it counts samples"
     elif counts:
         rate, words = stated
-        remedy = f"{map_option(f'{option}:{rate}')} if it counts samples{words}, "
-        remedy += f"{map_option(f'{option}:s')}, ms, us or ns otherwise"
+        remedy = f"{argument('map', f'{mapped}:{rate}')} if it counts samples{words}, "
+        remedy += f"{argument('map', f'{mapped}:s')}, ms, us or ns otherwise"
     else:
-        remedy = f"{map_option(f'{option}:{usual_unit(clock.step)}')} if these are readings, "
+        remedy = f"{argument('map', f'{mapped}:{usual_unit(clock.step)}')} if these are readings, "
         remedy += "or another of s, ms, us, ns"
     expected = "time in s, or a name such as time_ms"
     return refusal(f"the unit of {clock.name} is unknown", clock.where, expected, content, remedy)

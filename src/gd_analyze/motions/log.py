@@ -230,7 +230,7 @@ def _require_numbers(
             cell = (isinstance(table, TextTable) and table.cell(row, column)) or "an empty cell"
             if refuse_empty or cell.lower().strip("-") == "nan":
                 message, step = f"{table.label(column)} is not finite", "give one, or omit the set point"
-                step += "; --measured leaves out such rows of a recording"
+                step += "; measured=True leaves out such rows of a recording"
                 raise refusal(message, table.where(row, column), "a number", cell, step)
 
 
@@ -238,7 +238,7 @@ def _require_increasing(table: LogTable, column: int, time: FloatArray) -> None:
     """Refuse set points whose time does not increase."""
     for k in np.flatnonzero(np.diff(time) <= 0)[:1].tolist():
         where, expected = table.where(k + 1, column), f"more than {time[k]!s}, the time of the line before"
-        step = "sort the set points by time and keep one per instant; for readings, --measured does this"
+        step = "sort the set points by time and keep one per instant; for readings, measured=True does this"
         raise refusal("time does not increase", where, expected, str(time[k + 1]), step)
 
 

@@ -1,14 +1,13 @@
-"""What the user says of a log's columns with --map: roles, columns by name, number or pattern, and units."""
+"""What the user says of a log's columns with `map`: roles, columns by name, number or pattern, and units."""
 
 from __future__ import annotations
 
 import difflib
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import TrajectoryError, argument
 from gd_analyze.motions.column_units import fitting_unit, unit_in_words, units_of
 from gd_analyze.motions.families import Family
 from gd_analyze.motions.joint_names import JointNames
@@ -96,7 +95,7 @@ class NamedLog:
         if len(names) != arm.n_joints:
             expected = f"{arm.n_joints}, in the order of {arm.name}'s joints"
             step = f"the arm's are {', '.join(joint.name for joint in arm.joints)}"
-            raise refusal(f"joints: {len(names)} names", "--map", expected, value, step)
+            raise refusal(f"joints: {len(names)} names", "map", expected, value, step)
         self.given_joints = tuple(names)
 
     def _map_role(self, role: str, text: str, unit: str) -> None:
@@ -115,22 +114,17 @@ class NamedLog:
         if len(names) != n:
             message, expected = f"{role} is given for some joints only", f"a column for each of {n} joints"
             step = f"list them as in {role}=#2..#{n + 1}; {role}:{self.arm.joints[0].name} is of one joint"
-            raise refusal(message, "--map", expected, f"{role}={text}", step)
+            raise refusal(message, "map", expected, f"{role}={text}", step)
         for joint, name in enumerate(names):
             self._map_column(role, joint, name, unit)
 
     def _map_column(self, role: str, joint: int, name: str, unit: str) -> None:
         if not name:
             expected = f"{role}:{joint + 1}=COLUMN:{unit}, or {role}=:{unit} for all joints"
-            raise refusal("no column is named", "--map", expected, f"{role}:{joint + 1}=:{unit}")
+            raise refusal("no column is named", "map", expected, f"{role}:{joint + 1}=:{unit}")
         column = _column_named(name, self.table)
         self.mapped.setdefault(role, {})[joint] = column
         self.units.update({column: unit} if unit else {})
-
-
-def map_option(pair: str) -> str:
-    """The option as it can be pasted into a shell."""
-    return f"--map {shlex.quote(pair)}"
 
 
 def _without_unit(value: str, role: str, log: NamedLog) -> tuple[str, str]:
@@ -149,11 +143,11 @@ def _without_unit(value: str, role: str, log: NamedLog) -> tuple[str, str]:
             return name, unit
         message = f"no joint of {log.arm.name} has {role} in {text}"
         units = [*dict.fromkeys(unit for kind in kinds for unit in units_of(role, kind, log.has_currents))]
-        step = "give --torque-constant, too" if unit in UNITS["current"] and role == "torque" else None
+        step = "give `torque_constant`, too" if unit in UNITS["current"] and role == "torque" else None
     if name and not unit and name not in log.table.names and "*" not in name and not name.startswith("#"):
         return value, ""
     expected = f"{name or 'a column'} alone, or with one of {', '.join(units)}"
-    raise refusal(message, f"--map {role}={value}", expected, repr(text), step)
+    raise refusal(message, argument("map", f"{role}={value}"), expected, repr(text), step)
 
 
 def _starred(text: str, table: LogTable) -> dict[int, str]:
@@ -176,7 +170,7 @@ def _listed(text: str) -> list[str]:
         if match[3] not in ("", match[1]) or not first <= last < first + _MOST_COLUMNS:
             expected = "q1..q6, with the same letters on both sides"
             step = "write the names one by one, with commas"
-            raise refusal("this is not a range of names", "--map", expected, repr(entry), step)
+            raise refusal("this is not a range of names", "map", expected, repr(entry), step)
         names += [f"{match[1]}{k}" for k in range(first, last + 1)]
     return names
 
@@ -190,7 +184,7 @@ def _joint_named(name: str, arm: RobotArm) -> int:
     near = difflib.get_close_matches(name, names, n=1)
     expected = f"{', '.join(names)}, or a number from 1 to {arm.n_joints}"
     step = f"did you mean {near[0]}?" if near else "`gd-analyze arms ROBOT` lists the joints"
-    raise refusal(f"arm {arm.name} has no joint {name!r}", "--map", expected, repr(name), step)
+    raise refusal(f"arm {arm.name} has no joint {name!r}", "map", expected, repr(name), step)
 
 
 def _column_named(column: str, table: LogTable) -> int:
@@ -204,20 +198,20 @@ def _column_named(column: str, table: LogTable) -> int:
         raise _no_column(column, table)
     if len(matches) > 1:
         numbers, step = ", ".join(f"#{k + 1}" for k in matches), f"give its number: #{matches[0] + 1}"
-        raise refusal(f"{len(matches)} columns are named {column}", "--map", "one column", numbers, step)
+        raise refusal(f"{len(matches)} columns are named {column}", "map", "one column", numbers, step)
     return matches[0]
 
 
 def _no_column(column: str, table: LogTable) -> TrajectoryError:
     """Error for a column that the log does not have, with names that are near."""
     near = difflib.get_close_matches(column, table.names, n=3)
-    place, expected = f"--map; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
+    place, expected = f"map; {table.where()}", f"a name, or a number from #1 to #{len(table.names)}"
     step = f"did you mean {' or '.join(near)}?" if near else "check the name"
     return refusal(f"the log has no column {column!r}", place, expected, listed_names(table.names), step)
 
 
 def typed_columns(columns: Sequence[int], table: LogTable) -> list[str]:
-    """What --map takes for columns: their names, or numbers where these are not their own."""
+    """What `map` takes for columns: their names, or numbers where these are not their own."""
     names = [table.names[column] for column in columns]
     if all(name and "," not in name and table.names.count(name) == 1 for name in names):
         return names

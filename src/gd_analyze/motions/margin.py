@@ -82,7 +82,7 @@ class Margin:
             derivative, _, amount = entry.strip().rpartition("=")
             quantity = Quantity.parse(amount)
             name = None if quantity is None or quantity.of else _FIELDS.get((derivative, quantity.kind))
-            where = f"--margin, entry {column}"
+            where = f"margin, entry {column}"
             if quantity is None or name is None or quantity.si < 0.0:
                 message, quoted = "the margin is not understood", repr(entry.strip())
                 expected = "comma-separated: 1deg or 1mm of q, qd=2% of velocities, qdd=5% of accelerations"

@@ -1,19 +1,19 @@
-"""What is not understood in a log: messages that list it, and one option that settles all joints."""
+"""What is not understood in a log: messages that list it, and one argument that settles all joints."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from gd_analyze.errors import TrajectoryError
+from gd_analyze.errors import TrajectoryError, argument, in_options
 from gd_analyze.motions.column_units import unit_in_words, units_of
 from gd_analyze.motions.families import Family, families_of
 from gd_analyze.motions.fewer_joints import ways_to_hold
 from gd_analyze.motions.joint_names import JointNames
-from gd_analyze.motions.mapping import NamedLog, listed_names, map_option, typed_columns
+from gd_analyze.motions.mapping import NamedLog, listed_names, typed_columns
 from gd_analyze.motions.names import TIMED
 from gd_analyze.motions.reading import MotionRole, refusal
-from gd_analyze.robots.catalogue import options_to_hold
+from gd_analyze.robots.catalogue import arguments_to_hold
 from gd_analyze.text import in_python
 from gd_analyze.units import UNITS
 
@@ -25,15 +25,15 @@ _MOST_CANDIDATES = 4
 
 
 def _said_of(role: str, family: Family, log: NamedLog) -> str:
-    """What --map takes for a family: its pattern, or its columns."""
+    """What `map` takes for a family: its pattern, or its columns."""
     if family.pattern:
         return f"{role}={family.pattern}"
     columns = typed_columns([columns[0] for columns in family.columns.values()], log.table)
     return f"{role}={','.join(columns)}"
 
 
-def _options(said: Iterable[str]) -> str:
-    return " or ".join(map_option(text) for text in said)
+def _mapped(said: Iterable[str]) -> str:
+    return " or ".join(argument("map", text) for text in said)
 
 
 def _single(log: NamedLog, columns: Iterable[int]) -> list[Family]:
@@ -48,7 +48,7 @@ def _single(log: NamedLog, columns: Iterable[int]) -> list[Family]:
 
 
 def _candidates(log: NamedLog, role: str, columns: Iterable[int]) -> list[str]:
-    """What --map takes for the columns of each of the arm's joints among these, at most a few."""
+    """What `map` takes for the columns of each of the arm's joints among these, at most a few."""
     complete = [family for family in _single(log, columns) if len(family.columns) == log.arm.n_joints]
     return [_said_of(role, family, log) for family in complete[:_MOST_CANDIDATES]]
 
@@ -58,7 +58,7 @@ def _of_fewer_joints(log: NamedLog) -> str:
     for family in _single(log, _unknown(log)):
         if 2 * len(family.columns) > log.arm.n_joints > len(family.columns):
             for way in ways_to_hold(log, family.columns):
-                return f"if these are positions, and {way} {_options([_said_of('q', family, log)])}"
+                return f"if these are positions, and {way} {_mapped([_said_of('q', family, log)])}"
     return ""
 
 
@@ -75,16 +75,18 @@ def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
     """A warning of unused columns that may be the torques that a recording lacks."""
     fault, step = _in_foreign_unit(log, "torque")
     if fault:
-        return [f"no torques are read: {fault}; {step}" if step else f"no torques are read: {fault}"]
+        return [
+            in_options(f"no torques are read: {fault}; {step}" if step else f"no torques are read: {fault}")
+        ]
     unknown = [k for k in _unknown(log) if k not in used]
     said = _candidates(log, "torque", unknown)
     if not said:
         return []
     listed = ", ".join(text.removeprefix("torque=") for text in said)
     has_currents = any(log.names[k].role == "current" for k in unknown)
-    constants = ", of currents with --torque-constant LIST" if has_currents else ""
+    constants = f", of currents with {argument('torque_constant', 'LIST')}" if has_currents else ""
     warning = f"no torques are read, and what {listed} is in the log is unknown"
-    return [f"{warning}; if torques: {_options(said)}{constants}"]
+    return [in_options(f"{warning}; if torques: {_mapped(said)}{constants}")]
 
 
 def _in_foreign_unit(log: NamedLog, role: str) -> tuple[str, str]:
@@ -95,9 +97,12 @@ def _in_foreign_unit(log: NamedLog, role: str) -> tuple[str, str]:
     unit, units = log.names[columns[0]].unit, [*units_of(role, log.arm.is_revolute[0])]
     fault = f"{log.table.names[columns[0]]} is in {unit}, no unit of {_PLURAL[role]}"
     if role == "torque" and unit in UNITS["current"]:
-        return fault, f"--torque-constant LIST takes {log.arm.n_joints} joint torques per ampere"
+        return (
+            fault,
+            f"{argument('torque_constant', 'LIST')} takes {log.arm.n_joints} joint torques per ampere",
+        )
     said = _candidates(log, role, columns) if unit_in_words(unit) in (None, "grad") else []
-    options = _options([f"{text}:{units[0]}" for text in said])
+    options = _mapped([f"{text}:{units[0]}" for text in said])
     return fault, f"if this is {', '.join(units)}: {options}" if said else ""
 
 
@@ -105,9 +110,11 @@ def no_currents(log: NamedLog) -> TrajectoryError:
     """Error for torque constants of a log without columns of torque."""
     named = [k for k, name in enumerate(log.names) if name.role == "torque"]
     said = _candidates(log, "torque", named) or _candidates(log, "torque", _unknown(log))
-    step = _options(said) or "--map 'torque=NAME*', whose star stands for a joint's name or number"
+    step = (
+        _mapped(said) or f"{argument('map', 'torque=NAME*')}, whose star stands for a joint's name or number"
+    )
     message, expected = "no columns for the torque constants", "columns of torque or currents, one per joint"
-    where = f"--torque-constant; {log.table.where()}"
+    where = f"torque_constant; {log.table.where()}"
     return refusal(message, where, expected, listed_names(log.table.names), f"name the currents: {step}")
 
 
@@ -116,7 +123,7 @@ def ambiguous(role: str, choices: Sequence[Family], log: NamedLog) -> Trajectory
     message, table = f"several columns may be the {_PLURAL[role]}", log.table
     said = dict.fromkeys(_said_of(role, family, log) for family in choices[:6])
     candidates = "; ".join(f"{table.names[min(family.all_columns)]} and so on" for family in choices[:6])
-    return refusal(message, table.where(), "one column per joint", candidates, f"choose: {_options(said)}")
+    return refusal(message, table.where(), "one column per joint", candidates, f"choose: {_mapped(said)}")
 
 
 def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> TrajectoryError:
@@ -126,7 +133,7 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     text = [k for k, name in enumerate(log.names) if name.role == role and name.fault == "text"]
     if text and role not in log.mapped:
         message, cell = f"{table.label(text[0])} is not a number", in_python(table.head(text[0])[0])
-        step = "correct the cells, or choose the columns with --map"
+        step = "correct the cells, or choose the columns with `map`"
         return refusal(message, table.where(0, text[0]), "numbers", cell, step)
     nearest = max(of_role, key=lambda family: len(family.columns), default=None)
     columns = {} if nearest is None else {**nearest.columns}
@@ -140,13 +147,13 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     message = f"the log has no {_QUANTITY[role]} of joint {', '.join(lacking)}"
     expected = f"{_PLURAL[role]} of all joints: {', '.join(names)}"
     listed = listed_names(used_names) + (f"; also {listed_names(remaining_names)}" if remaining_names else "")
-    step = f"--map '{role}:{lacking[0]}=COLUMN' names a column, or choose the log's arm"
+    step = f"{argument('map', f'{role}:{lacking[0]}=COLUMN')} names a column, or choose the log's arm"
     ways = ways_to_hold(log, columns) if role == "q" else []
     step = "; ".join([*(f"if {way}" for way in ways), step])
     every = sorted((*used, *(() if nearest is None else nearest.extra)))
     if len(every) == arm.n_joints and len(used) == len(columns):
         in_order = f"{role}={','.join(typed_columns(every, table))}"
-        step = f"if the columns are the joints in this order: {map_option(in_order)}"
+        step = f"if the columns are the joints in this order: {argument('map', in_order)}"
     return refusal(message, table.where(), expected, listed, step)
 
 
@@ -154,7 +161,7 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
     """Error for a log without positions."""
     table, arm = log.table, log.arm
     names = ", ".join(joint.name for joint in arm.joints)
-    # Joints of the log that are none of the arm's, as --map takes their names, and a column of each.
+    # Joints of the log that are none of the arm's, as `map` takes their names, and a column of each.
     strangers: dict[str, str] = {}
     for name in log.names:
         if name.role == "q" and name.joint is None and (name.label or name.number is None):
@@ -162,16 +169,14 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
             strangers.setdefault("_".join((*name.label, *number)), name.text)
     if strangers:
         said = _candidates(log, "q", [k for k, name in enumerate(log.names) if name.role == "q"])
-        step = f"--map joints=LIST, the log's names of {names} in this order"
+        step = f"{argument('map', 'joints=LIST')}, the log's names of {names} in this order"
         if said:
-            step = f"if these are the arm's joints in order of number: {_options(said)}"
+            step = f"if these are the arm's joints in order of number: {_mapped(said)}"
         elif len(strangers) == arm.n_joints and "" not in strangers:
-            step = (
-                f"if these are the same joints in this order: {_options(['joints=' + ','.join(strangers)])}"
-            )
+            step = f"if these are the same joints in this order: {_mapped(['joints=' + ','.join(strangers)])}"
         elif len(strangers) < arm.n_joints and "" not in strangers:
-            outer = options_to_hold(arm, range(len(strangers), arm.n_joints))
-            listed = _options(["joints=" + ",".join(strangers)])
+            outer = arguments_to_hold(arm, range(len(strangers), arm.n_joints))
+            listed = _mapped(["joints=" + ",".join(strangers)])
             step = f"if these are the first joints in this order: {outer} {listed}" if outer else step
         message = f"the log's joints are not those of arm {arm.name}"
         return refusal(message, table.where(), names, listed_names([*strangers.values()]), step)
@@ -180,15 +185,14 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
     fault, step = _in_foreign_unit(log, "q")
     said = _candidates(log, "q", _unknown(log)) or _all_that_is_left(log)
     if said:
-        step = f"if these are positions: {_options(said)}, with :deg behind it for degrees"
+        step = f"if these are positions: {_mapped(said)}, with :deg behind it for degrees"
     elif of_fewer := _of_fewer_joints(log):
         step = of_fewer
     elif fault:
-        message, step = f"{message}: {fault}", step or "name others with --map q=LIST"
+        message, step = f"{message}: {fault}", step or f"name others with {argument('map', 'q=LIST')}"
     else:
-        step = (
-            f"name the columns: --map q=LIST, {arm.n_joints} names or numbers such as #2 in the joints' order"
-        )
+        listed = f"{arm.n_joints} names or numbers such as #2 in the joints' order"
+        step = f"name the columns: {argument('map', 'q=LIST')}, {listed}"
     return refusal(message, table.where(), expected, listed_names(table.names), step)
 
 
@@ -214,10 +218,9 @@ def remarks_on(log: NamedLog, chosen: Mapping[MotionRole, Family], zero: Sequenc
         label = " ".join(family.name.label)
         has_word = any(len(word) > 1 for word in family.name.label)
         if q is not None and has_word and not q.name.label and not pattern:
-            options = (
-                f"{_options([_said_of(role, family, log)])} confirms it, --map {role}=none leaves them out"
-            )
-            remarks.append(f"{_PLURAL[role]}: what {label} means in {first} is unknown; {options}")
+            confirms, omits = _mapped([_said_of(role, family, log)]), argument("map", f"{role}=none")
+            remark = f"{_PLURAL[role]}: what {label} means in {first} is unknown"
+            remarks.append(f"{remark}; {confirms} confirms it, {omits} leaves them out")
         others = [other for other in zero if other.name.role == role and other is not family]
         if others:
             listed = ", ".join(names[min(other.all_columns)] for other in others)
@@ -226,7 +229,7 @@ def remarks_on(log: NamedLog, chosen: Mapping[MotionRole, Family], zero: Sequenc
         if same:
             other = f"{names[min(same[0].all_columns)]} ..."
             remarks.append(f"{other} are the same as {first} in another unit, and are not read")
-    return remarks
+    return [in_options(remark) for remark in remarks]
 
 
 def _remarks_on_joints(log: NamedLog, q: Family) -> list[str]:
@@ -237,11 +240,11 @@ def _remarks_on_joints(log: NamedLog, q: Family) -> list[str]:
     pairs = [f"{names[column]} is {arm.joints[joint].name}" for joint, column in renamed]
     if len(renamed) == 1:
         ((rail, only),) = renamed
-        option = map_option(f"q:{arm.joints[rail].name}={names[only]}")
+        option = argument("map", f"q:{arm.joints[rail].name}={names[only]}")
         remarks.append(f"{pairs[0]}, the only other joint; {option} confirms it")
     elif renamed:
         matched = f"joints matched by number, as their names differ: {pairs[0]} ... {pairs[-1]}"
-        remarks.append(f"{matched}; {_options([_said_of('q', q, log)])} confirms it")
+        remarks.append(f"{matched}; {_mapped([_said_of('q', q, log)])} confirms it")
     is_counted = joints.label is not None and not joints.partial
     if is_counted and not q.name.label and q.why.startswith("by number"):
         numbers = {joint: number for number, joint in joints.numbers.items()}

@@ -95,7 +95,7 @@ class Reading:
             _require_role(role, value)
         if self.torque_constant is not None and {None, 0.0} & {*self.torque_constant}:
             expected = "a number per joint, N m/A, with commas"
-            step = "--torque-constant 10.7,10.7,8.5 for an arm of three joints"
+            step = "`torque_constant='10.7,10.7,8.5'` for an arm of three joints"
             content = "another word" if None in self.torque_constant else "0"
             message = "the torque constants are not numbers other than 0"
             raise refusal(message, "torque_constant", expected, content, step)
@@ -106,21 +106,21 @@ def _pair(entry: str) -> tuple[str, str]:
     if not role.strip() or not value.strip():
         expected = "ROLE=COLUMNS, such as time=Time, 'q=Position*:deg', q:elbow_joint=Position3"
         step = "`gd-analyze columns ROBOT LOG` lists the columns"
-        raise refusal("this is not a mapping", "--map", expected, repr(entry), step)
+        raise refusal("this is not a mapping", "map", expected, repr(entry), step)
     return role, value
 
 
 def _require_role(role: str, value: str) -> None:
     name, colon, joint = role.partition(":")
     if name == "q" and value == "none":
-        raise refusal("a motion needs positions", "--map", "their columns", f"{role}={value}")
+        raise refusal("a motion needs positions", "map", "their columns", f"{role}={value}")
     if name in ROLES and bool(colon) == bool(joint) and not (joint and value == "none"):
         return
     if role == "joints" or (role == "time" and value != "none"):
         return
     message, expected = f"unknown role {role!r}", f"{', '.join(ROLES)}, one of them with :JOINT; time; joints"
-    step = "count the rows with --map time=250Hz" if role == "time" else None
-    raise refusal(message, "--map", expected, f"{role}={value}", step)
+    step = "count the rows with `map='time=250Hz'`" if role == "time" else None
+    raise refusal(message, "map", expected, f"{role}={value}", step)
 
 
 def rate_in(text: str) -> float | None:
@@ -138,7 +138,7 @@ def rate_in(text: str) -> float | None:
         expected, content = f"{_LOWEST_RATE:g} to {_HIGHEST_RATE:g} Hz", f"{rate.si:g} Hz"
         seconds = 1 / rate.si if rate.si > 0.0 else 0.0
         step = f"for steps of {rate.si:g} s give {seconds:.6g}Hz"
-        raise refusal("no motion is sampled so", "--map", expected, content, step if seconds else None)
+        raise refusal("no motion is sampled so", "map", expected, content, step if seconds else None)
     return rate.si
 
 

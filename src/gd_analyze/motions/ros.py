@@ -63,11 +63,13 @@ def _connections(connections: Sequence[Any], topic: str | None, path: Path) -> l
     if not topics or topic not in (None, *topics):
         message = "the bag contains no joint motion" + ("" if topic is None else f" on topic {topic}")
         expected = ", ".join(topics) or "a topic of JointState, JointTrajectory or a controller's state"
-        step = "give one of these with --topic" if topics else "record /joint_states too"
+        step = "give one of these as `topic`" if topics else "record /joint_states too"
         raise refusal(message, Location(path), expected, "; ".join(listed) or "no messages", step)
     if topic is None and len(topics) > 1:
         message, step = "several topics of the bag contain joint motions", " or ".join(topics[:6])
-        raise refusal(message, Location(path), "one topic", "; ".join(listed), f"choose with --topic: {step}")
+        raise refusal(
+            message, Location(path), "one topic", "; ".join(listed), f"choose one as `topic`: {step}"
+        )
     return [c for c in fitting if c.topic == (topic or topics[0])]
 
 

@@ -164,7 +164,7 @@ def _apart(times: FloatArray, q: FloatArray, rows: NDArray[np.intp], step: float
 
 def _too_few(name: str, readings: str, fewest: int) -> TrajectoryError:
     expected = f"a stretch of at least {fewest} readings at different instants without a gap"
-    next_step = "check the unit of time, or give a larger --largest-gap" if "gaps" in readings else None
+    next_step = "check the unit of time, or give a larger `largest_gap`" if "gaps" in readings else None
     return refusal("the log has too few readings in a row", name, expected, readings, next_step)
 
 

@@ -25,7 +25,7 @@ _OF_OTHERS = re.compile(r"(?i)cut|filter|pass|(?<![a-z])lp|bandwidth|baud|noise"
 
 
 def stated_rate(table: LogTable) -> tuple[str, str]:
-    """The rate as --map takes it, and words that quote what says so; RATEHz and "" unless one is stated."""
+    """The rate as `map` takes it, and words that quote what says so; RATEHz and "" unless one is stated."""
     texts = [Path(table.path).stem, *table.names, *table.about]
     rates: dict[float, str] = {}
     for text in texts:

@@ -11,7 +11,6 @@ from collections.abc import Container, Mapping
 import numpy as np
 
 from gd_analyze.arrays import Array, FloatArray
-from gd_analyze.motions.mapping import map_option
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.units import TIME_UNITS, UNITS
 
@@ -79,7 +78,7 @@ def rate_of_factors(factors: FloatArray) -> str:
 
 def options_of(units: Mapping[str, str]) -> str:
     """Options that state units of roles."""
-    return " ".join(map_option(f"{role}=:{unit}") for role, unit in units.items())
+    return " ".join(f"--map {role}=:{unit}" for role, unit in units.items())
 
 
 def out_of_reach(arm: RobotArm, reach: FloatArray) -> Array:

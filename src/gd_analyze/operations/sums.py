@@ -115,7 +115,7 @@ class PairProduct(NamedTuple):
 _new = tuple.__new__
 
 
-@lru_cache(maxsize=1 << 16)
+@lru_cache(maxsize=1 << 12)
 def _products(monomial: VariableProduct, coefficient: float) -> tuple[PairProduct, ...]:
     """Products of two in a term: of its variables, and of its coefficient and one of them."""
     products = {PairProduct(1.0, (x, y)) for k, y in enumerate(monomial) for x in monomial[:k]}

@@ -22,19 +22,24 @@ from gd_analyze.results.near_motion import margins
 from gd_analyze.text import short_names
 
 
+def matrix(findings: Findings) -> Drawing:
+    """The matrix of elements."""
+    return Drawing(
+        "structure",
+        "Every element of D (symmetric), h and c in its place.",
+        matrix_figure(findings),
+        "Figure and area: its largest torque over the peak torque of its joint; the square is capped at "
+        "100 %, above which elements cancel."
+        f"{' ↓: at the joint of the column.' if crosses(findings) else ''}"
+        f"{' On the diagonal the drive is added.' if findings.model.drives else ''}",
+    )
+
+
 def structure(findings: Findings) -> tuple[Drawing, ...]:
     """The matrix of elements, and what makes each joint's torque; their legend stands beside the document."""
-    drives = findings.model.drives
+    drives, elements = findings.model.drives, matrix(findings)
     return (
-        Drawing(
-            "structure",
-            "Every element of D (symmetric), h and c in its place.",
-            replace(matrix_figure(findings), legend=()),
-            "Figure and area: its largest torque over the peak torque of its joint; the square is capped at "
-            "100 %, above which elements cancel."
-            f"{' ↓: at the joint of the column.' if crosses(findings) else ''}"
-            f"{' On the diagonal the drive is added.' if drives else ''}",
-        ),
+        replace(elements, figure=replace(elements.figure, legend=())),
         Drawing(
             "shares",
             "What makes each joint's torque.",
@@ -71,6 +76,8 @@ TERMINAL: tuple[Maker, ...] = (
     motion_result.recording_section,
     shown_tables.ranking_table,
 )
+# What a notebook shows.
+NOTEBOOK: tuple[Maker, ...] = (matrix, *TERMINAL)
 # What --json prints.
 JSON: tuple[Maker, ...] = (
     run_facts.elements_by_verdict,

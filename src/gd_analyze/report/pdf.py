@@ -57,6 +57,6 @@ def typeset(template: str, data: Mapping[str, Any], drawings: Mapping[str, str],
             "the PDF report cannot be typeset",
             where=template,
             found=" ".join([error.message, *error.hints, error.diagnostic]),
-            next_step="please report this with the arm file and the trajectory; --format html works without",
+            next_step="please report this with the arm file and the trajectory; `formats` without pdf work",
         ) from error
     return bytes(pdf)

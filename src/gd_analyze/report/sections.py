@@ -206,7 +206,7 @@ def terms_appendix(findings: Findings) -> Section:
     """The ranking of terms."""
     table, title = findings.tables["terms"], "Single terms ranked by torque"
     if not table.attrs["written_out"]:
-        rank = f"`gd-analyze rank {findings.arm.name}`"
+        rank = f"`gd-analyze rank-terms {findings.arm.name}`"
         return Section(
             "terms", title, (), f"Too many terms to rank here; {rank} ranks those that matter most."
         )
@@ -242,7 +242,7 @@ def equations_appendix(findings: Findings) -> Section:
 def data_appendix(findings: Findings) -> Section:
     """The arm, its sources, and the origin of the results."""
     arm = findings.arm
-    gravity = f"Gravity ({', '.join(map(given, arm.gravity))}) m/s² in the base frame."
+    gravity = f"Gravity ({', '.join(map(given, arm.gravity_vector))}) m/s² in the base frame."
     stated = [
         *arm.sources,
         *(f"Assumed: {line}" for line in arm.assumptions),

@@ -9,17 +9,13 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version as installed_version
 from typing import Any
 
-import numpy as np
-
 from gd_analyze import __version__
 from gd_analyze.figures.axes import Plots
 from gd_analyze.figures.run import Run
 from gd_analyze.files import mark_of
 from gd_analyze.harmonics.terms import Torques
-from gd_analyze.results.model_facts import headline, joint_errors
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.torque_program import READABLE
-from gd_analyze.text import html_of
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -53,21 +49,20 @@ class Findings(Run):
     provenance: Mapping[str, str]
 
     def __repr__(self) -> str:
-        return f"Findings({self.arm!r}, {self.trajectory!r}, {self.model!r})"
+        budget = self.model.accuracy.budget
+        return f"Findings({self.arm.name!r} along {self.trajectory.name!r}, budget {budget})"
+
+    def __str__(self) -> str:
+        """What a terminal shows."""
+        from gd_analyze.report.notebook import printed_findings  # of a floor above
+
+        return printed_findings(self)
 
     def _repr_html_(self) -> str:
-        """Operations and errors of the model, sampled and proven, for a notebook."""
-        proven = np.asarray(self.tables["tube"].tube_certified.values)
-        table = joint_errors(self.model, proven, self.proof)
-        shown_columns = [shown for shown in table.shown() if not shown[0].pages_only]
-        headings = [f"{column.label}, {unit}" if unit else column.label for column, unit, _ in shown_columns]
-        rows = [list(row) for row in zip(*(cells for _, _, cells in shown_columns), strict=True)]
-        title = f"{self.arm.title or self.arm.name} along {self.trajectory.name}"
-        answer = headline(self.model)
-        if self.is_unreadable:
-            answer = f"{self.substitute_reason} Exact torque: {self.model.operations_full.in_words}."
-        note = " ".join([answer, *(f"Warning: {warning}." for warning in self.warnings)])
-        return html_of(title, headings, rows, note)
+        """The same, with the matrix of elements, for a notebook."""
+        from gd_analyze.report.notebook import notebook_view
+
+        return notebook_view(self)
 
     @property
     def is_unreadable(self) -> bool:

@@ -26,7 +26,7 @@ from gd_analyze.result import (
 from gd_analyze.results.beside_log import has_log, joints_beside_log, within_log
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, effect_of, rows_of, values_along
+from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, rows_of, values_along
 from gd_analyze.results.verdict_lists import LISTS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import GROUPS, SCHEMA_UNITS, declared_columns, declared_table
@@ -133,12 +133,9 @@ def verdict_rows(findings: Findings) -> list[Row]:
     An element that is zero along one motion and negligible along another has not changed.
     """
     table = findings.tables["motions"]
-    names = ("element", "quantity", "verdict", "torque_share")
+    names = ("element", "verdict", "torque_share")
     rows = []
-    for element, quantity, by_motion, shares in zip(
-        *(table[name].values.tolist() for name in names), strict=True
-    ):
-        verdicts = [effect_of({"quantity": quantity}, verdict) for verdict in by_motion]
+    for element, verdicts, shares in zip(*(table[name].values.tolist() for name in names), strict=True):
         changes = len({"" if verdict in NEGLIGIBLE_VERDICTS else verdict for verdict in verdicts}) > 1
         rows.append({"element": element, "verdicts": verdicts, "torque_shares": shares, "changes": changes})
     return rows

@@ -63,14 +63,6 @@ def element_rows(findings: Findings) -> list[Row]:
     ]
 
 
-def effect_of(row: Row, verdict: str | None = None) -> str:
-    """The verdict of a row of `element_rows`, or one on its element; that on gravity is "gravity"."""
-    verdict = verdict or row["verdict"]
-    return (
-        "gravity" if row["quantity"] == "gravity_loading" and verdict not in NEGLIGIBLE_VERDICTS else verdict
-    )
-
-
 def is_doubtful(row: Row) -> bool:
     """Whether the verdict over the motion is less probable than `SURE`, given the stated uncertainties."""
     return row["probability"] is not None and row["probability"] < SURE
@@ -104,8 +96,8 @@ def changes_text(row: Row) -> str:
     words = []
     for stretch in earlier:
         preposition = "until" if stretch["begin"] < stretch["end"] else "at"
-        words.append(f"{effect_of(row, stretch['verdict'])} {preposition} {stretch['end']:.3g} s")
-    return f"{', '.join(words)}, then {effect_of(row, last['verdict'])}" if earlier else ""
+        words.append(f"{stretch['verdict']} {preposition} {stretch['end']:.3g} s")
+    return f"{', '.join(words)}, then {last['verdict']}" if earlier else ""
 
 
 class DroppedParts(NamedTuple):

@@ -20,7 +20,6 @@ from gd_analyze.results.rows import (
     SURE,
     Row,
     dropped_parts,
-    effect_of,
     element_rows,
     is_doubtful,
     joint_rows,
@@ -41,7 +40,7 @@ _ELEMENTS_ON_PAGE = [
     "part_peak_translation", "part_peak_rotation", "change_without_translation", "change_without_rotation",
     "verdict", "probability", "text_verdict",
 ]  # fmt: skip
-TERMS_IN_TERMINAL = [  # of `gd-analyze rank`; the main job's terminal has no room
+TERMS_IN_TERMINAL = [  # of `gd-analyze rank-terms`; the main job's terminal has no room
     "rank", "label", "text", "alone_torque", "alone_joint", "alone_share", "without_share", "without_joint",
 ]  # fmt: skip
 _TERMS_ON_PAGE = [
@@ -72,8 +71,8 @@ def text_comparison(findings: Findings) -> dict[str, Any] | None:
     if reference is None:
         return None
     compared = {row["element"]: row for row in element_rows(findings) if row["text_verdict"]}
-    agreed = {name for name, row in compared.items() if effect_of(row) == row["text_verdict"]}
-    others = Counter(effect_of(row) for name, row in compared.items() if name not in agreed)
+    agreed = {name for name, row in compared.items() if row["verdict"] == row["text_verdict"]}
+    others = Counter(row["verdict"] for name, row in compared.items() if name not in agreed)
     # For verdicts of translation, and remarks in favour of rotation.
     conclusions = {
         "rotation": "our numbers support the remark, not the verdict",
@@ -131,7 +130,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
     rows = element_rows(findings)
     is_uncertain, is_in_text = "robustness" in findings.tables, any(row["text_verdict"] for row in rows)
     seen: dict[str, Any] = {
-        "verdict": [LETTERS[effect_of(row)] + "?" * is_doubtful(row) for row in rows],
+        "verdict": [LETTERS[row["verdict"]] + "?" * is_doubtful(row) for row in rows],
         "probability": [sure_text(row) for row in rows] if is_uncertain else None,
         "text_verdict": [LETTERS.get(row["text_verdict"], "") for row in rows] if is_in_text else None,
     }
@@ -140,7 +139,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
             seen[name] = [None if row["quantity"] == "gravity_loading" else row[name] for row in rows]
     drawn: dict[str, Any] = {
         "element": [part_symbol(row["element"]) for row in rows],
-        "verdict": [Mark(effect_of(row), effect_of(row)) for row in rows],
+        "verdict": [Mark(row["verdict"], row["verdict"]) for row in rows],
         "text_verdict": [_text_words(row) for row in rows],
     }
     definition = verdict_definition(findings.dominance.attrs["threshold"], findings.arm.n_joints)

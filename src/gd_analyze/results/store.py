@@ -41,6 +41,8 @@ _MARK = b"\ngd-analyze sha256 "
 SEAL_LENGTH = len(_MARK) + 64 + 1
 # Bytes read at a time, the memory needed for checking.
 _BYTES_AT_ONCE = 2**20
+# Root attributes that are not of the run.
+_OF_FILE = ("format", "schema", "open_with", "groups")
 _DAMAGED = "the results file is damaged"
 _NAME_IT = "name the analysis.h5 of a results folder"
 _UNCHANGED = "a file as gd-analyze wrote it, e.g. analysis.h5"
@@ -82,10 +84,17 @@ def write_results(findings: Findings, path: Path) -> None:
     }
     encoded = np.frombuffer(json.dumps(documents, ensure_ascii=False).encode(), dtype=np.uint8)
     stored = table("documents", {"json": encoded}, findings.arm.is_revolute)
-    attributes = {"format": RESULTS_FORMAT, "schema": SCHEMA_VERSION, **findings.provenance}
-    attributes["warnings"] = "\n".join(findings.warnings)
     tables = {**findings.tables, "documents": stored}
-    write_tables(path, {name: tables[name] for name in GROUPS if name in tables}, attributes)
+    tables = {name: tables[name] for name in GROUPS if name in tables}
+    attributes = {
+        "format": RESULTS_FORMAT,
+        "schema": SCHEMA_VERSION,
+        "open_with": 'xarray.open_dataset(file, group="dominance")',
+        "groups": ", ".join(tables),
+        **findings.provenance,
+        "warnings": "\n".join(findings.warnings),
+    }
+    write_tables(path, tables, attributes)
     seal(path)
 
 
@@ -126,7 +135,7 @@ def load_findings(path: str | Path) -> Findings:
         ranked_terms=ranked,
         warnings=tuple(lines.split("\n")) if lines else (),
         proof=STATED,
-        provenance={name: str(attributes[name]) for name in attributes if name not in ("format", "schema")},
+        provenance={name: str(attributes[name]) for name in attributes if name not in _OF_FILE},
     )
 
 

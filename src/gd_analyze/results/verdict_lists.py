@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from gd_analyze.results.rows import effect_of
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -66,7 +64,7 @@ def verdict_lists(ranking: xr.Dataset) -> VerdictLists:
     drives = []
     for k, label in enumerate(ranking.element.values.tolist()):
         driven = columns["drive_torque_share"][k]
-        verdict = effect_of({name: columns[name][k] for name in ("quantity", "verdict")})
+        verdict = columns["verdict"][k]
         share = driven if verdict == "drive" else columns["torque_share"][k]
         lists[verdict].append(Listed(label, columns["dominant"][k], share, columns["consequence"][k]))
         if driven > _LEAST_DRIVE_SHARE:

@@ -11,13 +11,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
 from gd_analyze.errors import ArmError
+from gd_analyze.guesses import OF_ARM, guessing
 from gd_analyze.robots.frames import CONVENTIONS
 from gd_analyze.robots.parts import DHRow, Drive, Joint, Link, Placement, checked, is_sentence, require_name
 from gd_analyze.text import amount, html_of, in_python, joint_name, pretty
@@ -39,7 +40,7 @@ class RobotArm:
         Short identifier and display name.
     joints, links
         n of each; link i moves with joint i.
-    gravity
+    gravity_vector
         g in the base frame, m/s^2; a level arm has `USUAL_GRAVITY`.
     drives
         One per joint, or empty.
@@ -68,7 +69,7 @@ class RobotArm:
     name: str
     joints: tuple[Joint, ...]
     links: tuple[Link, ...]
-    gravity: FloatArray = field(default_factory=lambda: np.array(USUAL_GRAVITY))
+    gravity_vector: FloatArray = field(default_factory=lambda: np.array(USUAL_GRAVITY))
     title: str = ""
     drives: tuple[Drive, ...] = ()
     dh_table: tuple[DHRow, ...] = ()
@@ -95,7 +96,9 @@ class RobotArm:
                 raise ArmError(
                     message, where=where, expected="text without control characters", found=value_text
                 )
-        object.__setattr__(self, "gravity", checked(self.gravity, (3,), f"gravity of {where}", where))
+        object.__setattr__(
+            self, "gravity_vector", checked(self.gravity_vector, (3,), f"gravity of {where}", where)
+        )
         if not self.joints:
             raise ArmError(f"{where} has no joints", expected="at least one joint")
         n = len(self.joints)
@@ -114,6 +117,9 @@ class RobotArm:
                     message, where=link.place, expected=expected, next_step="state the full inertia"
                 )
 
+    if not TYPE_CHECKING:  # checkers are to refuse unknown names
+        __getattr__ = guessing(OF_ARM)
+
     def __repr__(self) -> str:
         return f"RobotArm({self.name!r}, {self.n_joints} joints{', drives' if self.drives else ''})"
 
@@ -128,7 +134,7 @@ class RobotArm:
             headings.append("drive at the joint")
             for row, drive, revolute in zip(rows, self.drives, self.is_revolute, strict=True):
                 row.append(pretty(amount(drive.inertia, "kg m^2" if revolute else "kg")))
-        g = ", ".join(f"{x:g}" for x in self.gravity)
+        g = ", ".join(f"{x:g}" for x in self.gravity_vector)
         return html_of(self.title or self.name, headings, rows, f"{self!r}; gravity ({g}) m/s^2")
 
     @property

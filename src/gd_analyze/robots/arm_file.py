@@ -335,9 +335,11 @@ def _arm(description: dict[str, Any], place: Place) -> RobotArm:
         spread = [_numbers(11 * n)(row, place.at("spread", k)) for k, row in enumerate(file["spread"])]
         file["spread"] = np.array(spread).reshape(-1, n, 11)
     file["title"] = file["title"] or file["name"]
+    gravity = file.pop("gravity")
     del file["format"]
     return RobotArm(
         **file,
+        gravity_vector=gravity,
         joints=tuple(made_joints),
         links=tuple(made_links),
         drives=tuple(Drive(**drive) for drive in drives),

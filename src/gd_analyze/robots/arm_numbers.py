@@ -116,7 +116,7 @@ def with_numbers(arm: RobotArm, given: Mapping[str, object]) -> RobotArm:
     # What files do not state is kept, too: where a part is described, what it carries, the arm's tip.
     changed = replace(
         arm,
-        gravity=stated.gravity,
+        gravity_vector=stated.gravity_vector,
         joints=tuple(replace(new, source=x.source) for new, x in zip(stated.joints, arm.joints, strict=True)),
         links=tuple(
             replace(new, source=x.source, bare=x.bare) for new, x in zip(stated.links, arm.links, strict=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import shlex
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -14,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import members
-from gd_analyze.errors import ArmError, Location, UsageError
+from gd_analyze.errors import ArmError, Location, UsageError, argument
 from gd_analyze.files import shipped
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_file import read_arm, read_drives
 from gd_analyze.robots.limits import GivenLimits, locks_of, with_limits
+from gd_analyze.robots.other_formats import other_format
 from gd_analyze.robots.parts import Drive
 from gd_analyze.robots.plausibility import warn_of_implausible
 from gd_analyze.text import LARGEST, in_python
@@ -125,7 +125,7 @@ def load_arm(
         return arm
     if tip is not None or base is not None or locked:
         message = f"arm {name_or_path} is a single chain with all joints moving: there is nothing to choose"
-        raise ArmError(message, where="--tip, --base, --lock", next_step="leave them out")
+        raise ArmError(message, where="`tip`, `base`, `lock`", next_step="leave them out")
     return _supplemented(with_limits(read_arm(path), limits), gravity, drive_inertia)
 
 
@@ -135,13 +135,13 @@ def _supplemented(
     """The arm with its gravity and drive inertia replaced."""
     if gravity is not None:
         hint = "give its direction, too: 0,0,-9.81"
-        arm = replace(arm, gravity=np.array(_numbers(gravity, 3, "--gravity", "m/s^2", hint)))
+        arm = replace(arm, gravity_vector=np.array(_numbers(gravity, 3, "gravity", "m/s^2", hint)))
     if isinstance(drive_inertia, str) and drive_inertia.endswith(".toml"):
         arm = replace(arm, drives=read_drives(drive_inertia))
     elif drive_inertia is not None:
         hint = f"give one for each of {', '.join(joint.name for joint in arm.joints)}; 0 where there is none"
         unit = "kg m^2 (kg), a number per joint"
-        stated = _numbers(drive_inertia, arm.n_joints, "--drive-inertia", unit, hint)
+        stated = _numbers(drive_inertia, arm.n_joints, "drive_inertia", unit, hint)
         drives = zip(arm.drives or (Drive(),) * arm.n_joints, stated, strict=True)
         arm = replace(arm, drives=tuple(replace(drive, inertia=value) for drive, value in drives))
     return arm
@@ -170,8 +170,8 @@ def is_xml(path: Path) -> bool:
     return start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"<")
 
 
-def options_to_hold(arm: RobotArm, joints: Collection[int]) -> str:
-    """Options that hold some joints, from 0, at 0: --tip if they are the outermost; "" if no option does.
+def arguments_to_hold(arm: RobotArm, joints: Collection[int]) -> str:
+    """Arguments that hold some joints, from 0, at 0: `tip` if they are the outermost; "" if none does.
 
     Only of URDF and MJCF a part can be selected.
     """
@@ -180,8 +180,9 @@ def options_to_hold(arm: RobotArm, joints: Collection[int]) -> str:
         return ""
     first = min(joints)
     if len(joints) == arm.n_joints - first and first > 0:
-        return shlex.join(["--tip", arm.links[first - 1].name])
-    return " ".join(shlex.join(["--lock", f"{arm.joints[joint].name}=0"]) for joint in sorted(joints))
+        return argument("tip", arm.links[first - 1].name)
+    locks = [f"{arm.joints[joint].name}=0" for joint in sorted(joints)]
+    return argument("lock", locks if len(locks) > 1 else locks[0])
 
 
 def _path_of(name_or_path: object) -> Path:
@@ -196,7 +197,16 @@ def _path_of(name_or_path: object) -> Path:
     path = Path(name_or_path)
     with suppress(OSError):  # a name too long for the file system is not a file
         suffix, is_folder = path.suffix.lower(), bool(name) and path.is_dir()
-        usual_content = _USUAL_CONTENT.get(suffix, "")
+        usual_content, other = _USUAL_CONTENT.get(suffix, ""), other_format(suffix)
+        if path.is_file() and other is not None:
+            found, hint = other
+            raise ArmError(
+                "robots of this format are not read",
+                where=Location(path),
+                found=found,
+                expected="URDF, MJCF or TOML",
+                next_step=hint,
+            )
         if path.is_file() and not usual_content:
             return path
         if name and path.exists():

@@ -28,6 +28,7 @@ def describe(arm: RobotArm) -> dict[str, Any]:
         "format": FORMAT,
         "title": arm.title or arm.name,
         "convention": convention,
+        "gravity": arm.gravity_vector,
         "joints": [_stated(_joint(*pair), keys["joints"]) for pair in zip(arm.joints, rows, strict=True)],
         "links": [_stated(_link(link), keys["links"]) for link in arm.links],
         "drives": [
@@ -99,7 +100,7 @@ def fingerprint(arm: RobotArm, drives: bool = False) -> str:
     and is the same for a Denavit-Hartenberg table and the placements that it gives.
     """
     acting = {
-        "gravity": arm.gravity.tolist(),
+        "gravity": arm.gravity_vector.tolist(),
         "joints": [[joint.kind, _frame(joint.placement), joint.axis.tolist()] for joint in arm.joints],
         "links": [
             [link.mass, link.com.tolist(), link.inertia_com.tolist(), _frame(link.frame)]

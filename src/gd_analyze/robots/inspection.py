@@ -27,7 +27,7 @@ def inspection(arm: RobotArm, suspicious: Sequence[str] = ()) -> Result:
     places = [*(joint.source for joint in arm.joints), *(link.source for link in arm.links)]
     files = list(dict.fromkeys(str(place.path) for place in places if place is not None))
     file_prefix = f"{files[0]}, " if len(files) == 1 else ""
-    gravity = " ".join(_cells(arm.gravity))
+    gravity = " ".join(_cells(arm.gravity_vector))
     return Result(
         f"{arm.title} ({arm.name})" if arm.title and arm.title != arm.name else arm.name,
         facts=(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, members
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError
+from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError, argument
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.text import LARGEST, in_python, visible
@@ -51,9 +51,9 @@ def locks_of(locks: Mapping[str, float] | Sequence[str] | None) -> dict[str, Qua
             pair_text = f"{joint}={value}" if joint else str(value)
             hint = "name the joint and the value it is held at"
             message = "no joint with a value"
-            raise UsageError(message, where="--lock", expected=expected, found=pair_text, next_step=hint)
+            raise UsageError(message, where="lock", expected=expected, found=pair_text, next_step=hint)
         if joint in values:
-            raise UsageError(f"joint {joint} is locked twice", where="--lock", next_step="give one value")
+            raise UsageError(f"joint {joint} is locked twice", where="lock", next_step="give one value")
         values[joint] = number
     return values
 
@@ -103,12 +103,12 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
             value_text = f"{name}={value}" if name else in_python(statement)
             expected = f"joint=value, all=value, {len(names)} values with commas, or a .yaml or .toml file"
             hint = "give values above 0, in rad/s^2 or m/s^2, or with a unit: 600deg, 500mm"
-            raise UsageError(message, where="--limits", expected=expected, found=value_text, next_step=hint)
+            raise UsageError(message, where="limits", expected=expected, found=value_text, next_step=hint)
         number = None if name == "all" else arm.joint_number(str(name))
         if name != "all" and number is None:
             message, hint = f"there is no joint {name!r} to limit", "name one of them, or all"
             expected = f"a joint of arm {arm.name} by name or number, or all: {', '.join(names)}"
-            raise UsageError(message, where="--limits", expected=expected, next_step=hint)
+            raise UsageError(message, where="limits", expected=expected, next_step=hint)
         for joint in names if number is None else [names[number]]:
             limit = quantity.of_joint(turns[joint], MOST_ACCELERATION_WITHOUT_UNIT)
             if limit is None:
@@ -116,10 +116,10 @@ def _accelerations(arm: RobotArm, statement: object) -> dict[str, float]:
                 message = f"this is no acceleration of joint {joint}, which {kind}"
                 expected, hint = (
                     joint_units(turns[joint], "/s^2"),
-                    f"--limits {joint}=600{unit} states the unit",
+                    f"{argument('limits', f'{joint}=600{unit}')} states the unit",
                 )
                 fault = f"{name}={value}"
-                raise UsageError(message, where="--limits", expected=expected, found=fault, next_step=hint)
+                raise UsageError(message, where="limits", expected=expected, found=fault, next_step=hint)
             limits[joint] = limit
     return limits
 

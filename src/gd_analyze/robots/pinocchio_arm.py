@@ -86,7 +86,7 @@ def _arm_of_chain(
     return RobotArm(
         name=_identifier(tree.name, Path(notes.path).stem if tree.format else "robot"),
         title=shortened(visible(tree.name), 120),
-        gravity=tree.gravity,
+        gravity_vector=tree.gravity,
         joints=tuple(_joint(tree, joint, place) for joint, place, _ in bodies),
         links=tuple(_link(tree, joint, body) for joint, _, body in bodies),
         drives=_drives(tree, moving),

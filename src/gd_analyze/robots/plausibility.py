@@ -87,7 +87,7 @@ def check_payload(body: Link, reach: float) -> Iterator[str]:
 
 def gravity_too_strong(arm: RobotArm) -> PlacedFindings:
     """Gravity on Jupiter is 25 m/s^2; 9.81 with a misplaced decimal point is at least 98.1."""
-    strength = float(np.linalg.norm(arm.gravity))
+    strength = float(np.linalg.norm(arm.gravity_vector))
     if strength > 30.0:
         yield f"arm {arm.name}", f"gravity is {strength:g} m/s^2; on Earth it is 9.81"
 

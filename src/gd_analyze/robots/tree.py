@@ -15,7 +15,7 @@ import pinocchio as pin
 from numpy.polynomial import Polynomial
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import ArmError, BranchError, Location
+from gd_analyze.errors import ArmError, BranchError, Location, argument
 from gd_analyze.robots.frames import RightAngles
 from gd_analyze.robots.text_file import Node
 from gd_analyze.text import visible
@@ -23,7 +23,7 @@ from gd_analyze.units import Quantity, joint_units
 
 # Names listed in a message, at most.
 _MOST_NAMED = 10
-# With more joints to hold, --tip is shorter.
+# With more joints to hold, `tip` is shorter.
 _MOST_LOCKED = 6
 # Pinocchio's kinds of joints that arms do not have, by the prefix of their names.
 _KINDS = {
@@ -220,20 +220,23 @@ def chain_of(
 ) -> tuple[list[TreeJoint], dict[int, float]]:
     """Joints that move, from the base outwards, and the values of all others by Pinocchio's index.
 
-    If this is not a chain of revolute and prismatic joints, the ArmError names the option that helps.
+    If this is not a chain of revolute and prismatic joints, the ArmError names the argument that helps.
     """
     joints = tree.joints
     locked = dict(_locked(tree, name, value) for name, value in lock.items())
     _refuse_circles(tree, locked)
-    start = 0 if base is None else tree.links[_known("link", base, "--base", tree, tree.links)]
+    start = 0 if base is None else tree.links[_known("link", base, "base", tree, tree.links)]
     if tip is None:
         free = [joint for joint in joints if start in _ancestors(tree, joint)]
     else:
-        path = tree.path(tree.links[_known("link", tip, "--tip", tree, tree.links)])
+        path = tree.path(tree.links[_known("link", tip, "tip", tree, tree.links)])
         before = [0, *(joint.index for joint in path)]
         if start not in before:
             detail = f"the path to {tip} passes {some_names(joint.link for joint in path) or 'no joint'}"
-            message, where = f"link {tip} is not beyond link {base}", f"--base {base} --tip {tip}"
+            message, where = (
+                f"link {tip} is not beyond link {base}",
+                f"{argument('base', base)} {argument('tip', tip)}",
+            )
             raise ArmError(message, where=where, found=detail, next_step="name a base on that path, or none")
         free = path[before.index(start) :]
     free = [joint for joint in free if joint.index not in locked]
@@ -258,7 +261,7 @@ def chain_of(
     for joint in led_from_aside:
         leader = tree.notes.mimics[joint.name].master
         message = f"joint {joint.name} follows joint {leader}, which is not on the way to the tip"
-        hint = f"--lock {leader}=0 holds both of them"
+        hint = f"{_locks([leader])} holds both of them"
         text = tree.notes.mimics[joint.name].text
         raise ArmError(message, where=tree.place("joint", joint.name), found=text, next_step=hint)
     _refuse_other_kinds(tree, free)
@@ -272,31 +275,34 @@ def _ancestors(tree: Tree, joint: TreeJoint) -> list[int]:
 def _locked(tree: Tree, name: str, quantity: Quantity) -> tuple[int, float]:
     """Index of a joint to lock, and its value, rad or m."""
     by_name = {joint.name: joint for joint in reversed(tree.joints)}
-    joint = by_name[_known("moving joint", name, "--lock", tree, [joint.name for joint in tree.joints])]
+    joint = by_name[_known("moving joint", name, "lock", tree, [joint.name for joint in tree.joints])]
     if quantity.si and not joint.moves_simply:
         message = f"joint {name} is {joint.kind} and can be held only at 0, in the pose of the file"
         raise ArmError(
-            message, where=f"--lock {name}={quantity.si:g}", next_step="place its link in the file"
+            message, where=argument("lock", f"{name}={quantity.si:g}"), next_step="place its link in the file"
         )
     turns = joint.kind == "revolute"
     value = quantity.of_joint(turns) if joint.moves_simply else 0.0
     if value is None:
         message = f"this is no value of joint {name}, which {'turns' if turns else 'slides'}"
-        expected, hint = joint_units(turns), f"--lock {name}={'90deg' if turns else '20mm'} states the unit"
+        expected, hint = (
+            joint_units(turns),
+            f"{argument('lock', f'{name}=90deg' if turns else f'{name}=20mm')} states the unit",
+        )
         raise ArmError(
-            message, where=f"--lock {name}", expected=expected, found=str(quantity), next_step=hint
+            message, where=argument("lock", name), expected=expected, found=str(quantity), next_step=hint
         )
     return joint.index, value
 
 
-def _known(kind: str, name: str, option: str, tree: Tree, names: Collection[str]) -> str:
+def _known(kind: str, name: str, argument_name: str, tree: Tree, names: Collection[str]) -> str:
     """The name of a link or joint; ArmError if the tree does not have it."""
     if name in names:
         return name
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else "choose a name from the file"
     message, expected = f"there is no {kind} {name!r} in {tree.where}", some_names(names)
-    raise ArmError(message, where=f"{option} {name}", expected=expected, next_step=hint)
+    raise ArmError(message, where=argument(argument_name, name), expected=expected, next_step=hint)
 
 
 def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool:
@@ -306,7 +312,7 @@ def _follows_held(tree: Tree, joint: TreeJoint, moving: Collection[int]) -> bool
         return False
     if tree.format == "URDF" and ("joint", mimic.master) not in tree.notes.lines:
         message, master_text = f"joint {joint.name} mimics a joint that does not exist", repr(mimic.master)
-        hint = f"name a joint of the file, or hold it: --lock {joint.name}=0"
+        hint = f"name a joint of the file, or hold it: {_locks([joint.name])}"
         raise ArmError(message, where=tree.line("joint", joint.name), found=master_text, next_step=hint)
     masters = [candidate.index for candidate in tree.joints if candidate.name == mimic.master]
     return not masters or masters[0] not in moving or not tree.carried_mass(joint)
@@ -329,7 +335,7 @@ def _refuse_circles(tree: Tree, locked: Container[int]) -> None:
         if at in followed:
             circle = followed[followed.index(at) :]
             message = "joints follow each other in a circle, so that none of them leads"
-            hint = f"let one of them lead, or hold it: --lock {at}=0"
+            hint = f"let one of them lead, or hold it: {_locks([at])}"
             raise ArmError(
                 message, where=tree.place("joint", at), found=" follows ".join([*circle, at]), next_step=hint
             )
@@ -375,19 +381,20 @@ def _refuse_follower(tree: Tree, pair: tuple[TreeJoint, TreeJoint] | None) -> No
     mimic = tree.notes.mimics.get(follower.name)
     if mimic is not None:
         detail = f"{mimic.text}; {detail}"
-    hint = f"--lock {follower.name}=0 holds it, --lock {leader.name}=0 both of them"
+    hint = f"{_locks([follower.name])} holds it, {_locks([leader.name])} both of them"
     raise ArmError(message, where=tree.place("joint", follower.name), found=detail, next_step=hint)
 
 
-def _locks(joints: Iterable[TreeJoint]) -> str:
-    return " ".join(f"--lock {joint.name}=0" for joint in joints)
+def _locks(names: Iterable[str]) -> str:
+    locks = [f"{name}=0" for name in names]
+    return argument("lock", locks if len(locks) > 1 else locks[0])
 
 
 def _refuse_floating_and_ties(tree: Tree, free: Sequence[TreeJoint]) -> None:
     for joint in free:
         if joint.kind == "floating":
             message = f"the robot floats: joint {joint.name} lets link {joint.link} move freely"
-            hint = f"--base {joint.link} fixes that link; or use a file with a fixed base"
+            hint = f"{argument('base', joint.link)} fixes that link; or use a file with a fixed base"
             raise ArmError(message, where=tree.place("joint", joint.name), next_step=hint)
     for tie in tree.notes.ties:
         ways = [{joint.index for joint in tree.path(tree.links.get(link, 0))} for link in tie.links]
@@ -395,7 +402,9 @@ def _refuse_floating_and_ties(tree: Tree, free: Sequence[TreeJoint]) -> None:
         between = [joint for joint in free if joint.index in apart or joint.name in tie.joints]
         if between:
             detail = f"joints that move with each other: {some_names(joint.name for joint in between)}"
-            hint = f"{_locks(between)} holds them; or --tip selects an arm without them"
+            hint = (
+                f"{_locks(joint.name for joint in between)} holds them; or `tip` selects an arm without them"
+            )
             raise ArmError(tie.sentence, where=tie.where, found=detail, next_step=hint)
 
 
@@ -404,7 +413,7 @@ def _refuse_other_kinds(tree: Tree, free: Sequence[TreeJoint]) -> None:
         if not joint.moves_simply:
             where = tree.place("joint", joint.name)
             message = f"joint {joint.name} is {joint.kind}, neither revolute nor prismatic"
-            hint = f"--lock {joint.name}=0 holds it; or select an arm without it by --base and --tip"
+            hint = f"{_locks([joint.name])} holds it; or select an arm without it by `base` and `tip`"
             raise ArmError(message, where=where, next_step=hint)
 
 
@@ -423,9 +432,10 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
     branches = [[member for member in free if member.index in tree.beyond({joint.index})] for joint in at]
     if len(beyond) <= len(stem):
         to_hold = [joint for joint in beyond if joint.name not in tree.notes.mimics]
-        hint = f"--tip {fork} holds the branches, with their mass"
+        hint = f"{argument('tip', fork)} holds the branches, with their mass"
         if len(to_hold) <= _MOST_LOCKED:
-            hint = f"{_locks(to_hold)} holds the branches, with their mass; --tip {fork} does the same"
+            held = _locks(joint.name for joint in to_hold)
+            hint = f"{held} holds the branches, with their mass; {argument('tip', fork)} does the same"
     else:
         moving = [{member.name for member in tree.path(joint.index)} for joint in beyond]
         ends = [
@@ -439,7 +449,7 @@ def _refuse_branches(tree: Tree, free: Sequence[TreeJoint], locked: Container[in
             _refuse_follower(tree, _follower(tree, {joint.name for joint in free}, locked))
         ends.sort(key=lambda joint: (not after[joint.index], -len(tree.path(joint.index))))
         tips = [joint.link for joint in (*stem[-1:], *ends)]
-        hint = "name the arm's last link, " + " or ".join(f"--tip {tip}" for tip in tips[:_MOST_NAMED])
+        hint = "name the arm's last link, " + " or ".join(argument("tip", tip) for tip in tips[:_MOST_NAMED])
     names = (branch[0].name + (f" with {len(branch) - 1} more" if branch[1:] else "") for branch in branches)
     message = f"the robot branches at link {fork}" if stem else "the robot branches at its base"
     where = (tree.line("link", fork) if stem else None) or tree.where

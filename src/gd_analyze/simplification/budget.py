@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from numbers import Real
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -164,16 +165,22 @@ class Budget:
         return cls(tuple(entries), argument=argument)
 
     @classmethod
-    def of(cls, budget: Self | str | None) -> Self:
-        """Take a Budget, its text, or None for 1 %."""
+    def of(cls, budget: Self | str | float | None, argument: str = "budget") -> Self:
+        """Take a Budget, its text, a number as a share of peak torque, or None for 1 %."""
         if budget is None:
-            return cls()
+            return cls(argument=argument)
         if isinstance(budget, str):
-            return cls.parse(budget)
+            return cls.parse(budget, argument)
         if isinstance(budget, cls):
             return budget
-        expected = 'a Budget, or its text: "1%" of peak torque, "0.5" N m, or "1% or 10% friction"'
-        raise UsageError("this is not a budget", where="budget", expected=expected, found=in_python(budget))
+        if isinstance(budget, Real) and not isinstance(budget, bool) and 0.0 <= budget <= 1.0:
+            return cls(((Allowance(float(budget)),),), argument)
+        raise UsageError(
+            "this is not a budget",
+            where=argument,
+            expected='a share of peak torque from 0 to 1, or a text: "1%", "0.5 N m", "1% or 10% friction"',
+            found=in_python(budget),
+        )
 
     @classmethod
     def of_torques(cls, amounts: Iterable[float]) -> Self:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.arrays import FloatArray, chunks
 from gd_analyze.errors import UsageError
 from gd_analyze.harmonics.terms import TorqueTerm
 from gd_analyze.operations.program import Program
@@ -38,6 +38,7 @@ SWEPT_ERROR_SHARE = 0.4
 
 _MOST_TERMS = 4000  # most terms that a search can weigh
 _NUMBERS_AT_ONCE = 500_000  # numbers held at a time while very many terms are evaluated: 4 MB
+_STATES_AT_ONCE = 256  # states at which very many terms are evaluated at a time: some 20 MB
 
 
 class TooManyTermsError(UsageError):
@@ -212,7 +213,9 @@ def require_few_terms(exact: ExactDynamics, level: Level) -> None:
     message = f"the exact torque of {exact.arm.name} has too many terms to choose from"
     where = f"level {level.name}"
     expected = f"at most {MOST_JOINTS_WITH_TERMS} joints and {MOST_TERMS} torque terms"
-    next_step = "take fewer joints (--lock JOINT=0), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    next_step = (
+        "take fewer joints (`lock='JOINT=0'`), or the exact torque: `gd-analyze export ROBOT --to c`; "
+    )
     next_step += "`gd-analyze equations ROBOT --element D12 --min-share 1%` prints an element's largest terms"
     raise TooManyTermsError(message, where=where, expected=expected, found=reason, next_step=next_step)
 
@@ -235,7 +238,11 @@ def terms_beyond(exact: ExactDynamics, level: HarmonicLevel, allowed: FloatArray
         If the arm has too many terms to be written out.
     """
     require_few_terms(exact, level)
-    return int((_peaks(_every_torque(level, exact.form).at(exact.states), allowed) > 1.0).sum())
+    torques = _every_torque(level, exact.form)
+    exceeds = np.zeros(torques.count, dtype=bool)
+    for block in chunks(len(exact.states), _STATES_AT_ONCE):
+        exceeds |= _peaks(torques.at(exact.states.at(block)), allowed) > 1.0
+    return int(exceeds.sum())
 
 
 def largest_terms(

@@ -67,11 +67,6 @@ class Effects:
         chosen = terms[self.term]
         return np.stack([self.torque[rows][chosen[rows]].sum(axis=0) for rows in self.of_joints])
 
-    def along(self, slope: FloatArray) -> FloatArray:
-        """Sum over joints and states of every term's torque times a slope, shape (n, N), for terms (K,)."""
-        sums = [self.torque[rows] @ of_joint for rows, of_joint in zip(self.of_joints, slope, strict=True)]
-        return np.bincount(self.term, weights=np.concatenate(sums), minlength=self.count).astype(float)
-
     def over(self, allowed: FloatArray) -> Effects:
         """The same over the error allowed at every joint, N m, shape (n,)."""
         shares = self.torque / allowed[self.joint][:, None]

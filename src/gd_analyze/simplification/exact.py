@@ -194,14 +194,14 @@ class ExactForm:
             programs += [
                 torque_program(self.velocities, self.torques, effort) for effort in (ROUGH, _SHARED_TERMS)
             ]
-        if not self.arm.gravity.any():
+        if not self.arm.gravity_vector.any():
             programs.append(motion_program(self._with_gravity.program))
         return (rewritten(fewest(programs)),)
 
     def _shortest_functions(self) -> Programs:
         """D, h and c; D depends on no gravity, c on no drives, and h on neither."""
         own = functions_to_rewrite(self, self.program)
-        if not np.array_equal(self.arm.gravity, USUAL_GRAVITY):
+        if not np.array_equal(self.arm.gravity_vector, USUAL_GRAVITY):
             level = self._with_gravity.functions
             h = fewest([level.coriolis_centrifugal, own.coriolis_centrifugal])
             return fewest([level.inertia, own.inertia]), h, rewritten(own.gravity_loading)
@@ -214,7 +214,7 @@ class ExactForm:
     @property
     def _with_gravity(self) -> ExactForm:
         """The same arm under usual gravity, which may be shipped: D and h depend on none."""
-        return ExactForm(replace(self.arm, gravity=np.array(USUAL_GRAVITY)), self.drives)
+        return ExactForm(replace(self.arm, gravity_vector=np.array(USUAL_GRAVITY)), self.drives)
 
     @cached_property
     def recursion(self) -> Program:
@@ -336,7 +336,7 @@ def has_more_terms(form: ExactForm, most: int) -> bool:
     """Whether the exact torque has more than `most` terms; those of the outer joints are counted first."""
     if "torques" in vars(form) or form.arm.n_joints <= _QUICK_JOINTS:
         return len(form.torques) > most
-    arm = replace(form.arm, gravity=np.zeros(3), drives=(), dh_table=(), spread=None)
+    arm = replace(form.arm, gravity_vector=np.zeros(3), drives=(), dh_table=(), spread=None)
     outer = (
         ExactForm(replace(arm, joints=arm.joints[-count:], links=arm.links[-count:]))
         for count in range(_OUTER_JOINTS, arm.n_joints, 2)

@@ -164,7 +164,7 @@ class ExactDynamics:
         """Error of other torques at these states, N m, shape (N, n)."""
         return ErrorTable.of(self.torque, torque, self._explained, self.states.weights)
 
-    def allowed(self, budget: Budget | str | None) -> FloatArray:
+    def allowed(self, budget: Budget | str | float | None) -> FloatArray:
         """Allowed error per joint, N m, shape (n,), and never less than round-off."""
         by = ReferenceTorques(self.arm, self.peak_torque, self.uncertainty, self.left_of_log)
         return allowed_by(Budget.of(budget), by, self.round_off)
@@ -178,7 +178,7 @@ class ExactDynamics:
         states = {part if len(shares) * (1.0 - part) >= 1.0 else 1.0 for part in USUAL_STATES}
         return tuple(NormShare(share_at(shares, part), part) for part in sorted(states))
 
-    def under(self, budget: Budget | str | None) -> ExactDynamics:
+    def under(self, budget: Budget | str | float | None) -> ExactDynamics:
         """Weight errors so that the budget of each of several motions becomes that of all."""
         states, budget = self.states, Budget.of(budget)
         if not states.motions or states.weights is not None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from gd_analyze.errors import ModelError, require_type
 from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.writing import element_formulas, factor_legend
+from gd_analyze.guesses import DYNAMICS, guessing
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
@@ -28,6 +31,9 @@ from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
 from gd_analyze.simplification.torque_program import COUNTING, FINAL, functions_of_terms, torque_program
 from gd_analyze.text import amount, html_of, joint_name, percent
+
+if TYPE_CHECKING:
+    from gd_analyze.exporting.export import Exported
 
 # Most terms of equations shown in a notebook.
 _MOST_SHOWN = 500
@@ -56,6 +62,9 @@ class SimplifiedModel:
     terms: Terms
     accuracy: Accuracy
     provenance: Mapping[str, str] = field(default_factory=dict)
+
+    if not TYPE_CHECKING:  # checkers are to refuse unknown names
+        __getattr__ = guessing(DYNAMICS)
 
     def __repr__(self) -> str:
         return f"SimplifiedModel({self.arm.name!r}, level {self.level.name}, {self._summary})"
@@ -248,6 +257,20 @@ class SimplifiedModel:
     def gravity_loading(self, q: FloatArray) -> FloatArray:
         """Simplified c, N m, shape (..., n)."""
         return self._evaluated(self.functions.gravity_loading, q)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as JSON, see `gd_analyze.save_model`."""
+        import gd_analyze as gd  # whose functions are on floors above
+
+        gd.save_model(self, path)
+
+    def export(
+        self, languages: str | Sequence[str], folder: str | Path | None = None, **options: Any
+    ) -> Exported:
+        """Write the model in other languages, see `gd_analyze.export`."""
+        import gd_analyze as gd
+
+        return gd.export(self, languages, folder, **options)
 
     def stating(
         self, accuracy: Accuracy | None = None, provenance: Mapping[str, str] | None = None

@@ -229,7 +229,7 @@ def replaces_model(path: Path) -> bool:
         "the model would replace a file that is not a model",
         where=Location(path),
         expected="a new name, or a model that gd-analyze wrote",
-        next_step="choose another name with --out, or remove the file",
+        next_step="choose another name, or remove the file",
     )
 
 

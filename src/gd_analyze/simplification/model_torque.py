@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gd_analyze.arrays import ROUND_OFF_SHARE, FloatArray, chunks
-from gd_analyze.dynamics.base_parameters import regressor
+from gd_analyze.dynamics.base_parameters import link_regressor
 from gd_analyze.dynamics.kinematics import solve_kinematics
 from gd_analyze.errors import ModelError, require_type
 from gd_analyze.motions.pool import GivenMotions
@@ -183,7 +183,7 @@ def payload_effect(model: SimplifiedModel, states: States) -> PayloadEffect:
     # One column of the regressor, N m, shape (N, n).
     of_a_kilogram = np.empty(error.shape)
     for chunk in chunks(len(states)):
-        of_a_kilogram[chunk] = regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
+        of_a_kilogram[chunk] = link_regressor(model.arm, *states.at(chunk).last)[:, -1, 0].T
     # Round-off of cancelled terms is neither an error nor an effect.
     size, sign = np.abs(of_a_kilogram), np.sign(of_a_kilogram)
     acts = size > ROUND_OFF_SHARE * size.max()

@@ -94,12 +94,14 @@ class Selection:
         self.error = self.choice.base + self.choice.effects.total(~selected)
         step, term = self.choice.users
         self.needed = np.bincount(step[selected[term]], minlength=len(self.choice.weights))
+        self._gains: dict[int, FloatArray] = {}
 
     def copy(self) -> Selection:
         """A selection that changes on its own."""
         selection = object.__new__(Selection)
         selection.choice, selection.selected = self.choice, self.selected.copy()
         selection.error, selection.needed = self.error.copy(), self.needed.copy()
+        selection._gains = self.gains.copy()
         return selection
 
     @property
@@ -116,8 +118,8 @@ class Selection:
     def savings(self) -> FloatArray:
         """Operations that dropping each term alone saves, shape (K,)."""
         step, term = self.choice.users
-        sole_weights = self.choice.weights[step] * (self.needed[step] == 1)
-        return np.bincount(term, weights=sole_weights, minlength=len(self.choice)).astype(float)
+        sole_weights = np.where(self.needed == 1, self.choice.weights, 0.0)
+        return np.bincount(term, weights=sole_weights[step], minlength=len(self.choice)).astype(float)
 
     def drop(self, term: int) -> None:
         """Leave a term out."""
@@ -132,14 +134,28 @@ class Selection:
         self.selected[term] = sign < 0
         self.needed[self.choice.steps_of[term]] -= sign
         for row in effects.rows_of(term).tolist():
-            self.error[effects.joint[row]] += sign * effects.torque[row]
+            joint = int(effects.joint[row])
+            self.error[joint] += sign * effects.torque[row]
+            self._gains.pop(joint, None)
+
+    @property
+    def gains(self) -> dict[int, FloatArray]:
+        """By joint: first-order decrease of its error's eighth power by every row of `effects` there."""
+        effects = self.choice.effects
+        for joint, error in enumerate(self.error):
+            if joint not in self._gains:
+                squares = error * error
+                slope = squares * squares * squares * error
+                self._gains[joint] = effects.torque[effects.of_joints[joint]] @ slope
+        return self._gains
 
     @property
     def relief(self) -> FloatArray:
         """First-order decrease of the errors' eighth power if each term were put back, shape (K,)."""
-        squares = self.error * self.error
-        gains = self.choice.effects.along(squares * squares * squares * self.error)
-        return np.where(self.selected, 0.0, gains)
+        effects, gains = self.choice.effects, self.gains
+        by_row = np.concatenate([gains[joint] for joint in range(len(self.error))])
+        of_terms = np.bincount(effects.term, weights=by_row, minlength=len(self.choice))
+        return np.where(self.selected, 0.0, of_terms)
 
 
 def descend(
@@ -154,10 +170,11 @@ def descend(
 
     With `random` the merit of every term varies at random.
     """
-    open_ = selection.selected & ~stays
+    effects, open_ = selection.choice.effects, selection.selected & ~stays
+    if_dropped = _IfDropped(selection)
     while open_.any():
         terms = np.flatnonzero(open_)
-        largest_square, rise = (values[terms] for values in _if_dropped(selection, open_))
+        largest_square, rise = (values[terms] for values in if_dropped.of(open_))
         fits = largest_square <= limit**2
         # A term that does not fit now may fit later, but seldom does: attempts put others back.
         open_[terms[~fits]] = False
@@ -173,28 +190,42 @@ def descend(
             if count > 1 and not _fits(selection, term, limit):
                 continue
             selection.drop(term)
+            if_dropped.changed[effects.joint[effects.rows_of(term)]] = True
             open_[term] = False
 
 
-def _if_dropped(selection: Selection, terms: Mask) -> tuple[FloatArray, FloatArray]:
-    """Largest squared error without each of some terms, and rise of the errors' eighth powers, shape (K,)."""
-    effects = selection.choice.effects
-    rows = np.flatnonzero(terms[effects.term])
-    term, joint = effects.term[rows], effects.joint[rows]
-    squares, powers = np.empty(len(rows)), np.empty(len(rows))
-    step = max(1, _NUMBERS_AT_ONCE // selection.error.shape[1])
-    for start in range(0, len(rows), step):
-        block = slice(start, start + step)
-        trial = selection.error[joint[block]]
-        trial += effects.torque[rows[block]]
-        np.multiply(trial, trial, out=trial)
-        squares[block] = trial.max(axis=1)
-        powers[block] = _fourth_power(trial).sum(axis=1)
-    largest_square = np.zeros(effects.count)
-    np.maximum.at(largest_square, term, squares)
-    current = _fourth_power(selection.error**2).sum(axis=1)
-    rise = np.bincount(term, powers - current[joint], minlength=effects.count).astype(float)
-    return largest_square, rise
+class _IfDropped:
+    """What dropping each term does to errors; evaluated anew at joints whose error has changed since."""
+
+    def __init__(self, selection: Selection) -> None:
+        self.selection, effects = selection, selection.choice.effects
+        self.changed = np.ones(effects.n_joints, dtype=bool)
+        # By row of `effects`: largest square of the error, and sum of its eighth powers.
+        self._squares, self._powers = np.empty(len(effects.term)), np.empty(len(effects.term))
+
+    def of(self, terms: Mask) -> tuple[FloatArray, FloatArray]:
+        """Largest squared error without each of some terms, and rise of errors' eighth powers, shape (K,)."""
+        error, effects = self.selection.error, self.selection.choice.effects
+        rows = np.flatnonzero(terms[effects.term])
+        self._evaluate(rows[self.changed[effects.joint[rows]]])
+        self.changed[:] = False
+        term, joint = effects.term[rows], effects.joint[rows]
+        largest_square = np.zeros(effects.count)
+        np.maximum.at(largest_square, term, self._squares[rows])
+        current = _fourth_power(error**2).sum(axis=1)
+        rise = np.bincount(term, self._powers[rows] - current[joint], minlength=effects.count).astype(float)
+        return largest_square, rise
+
+    def _evaluate(self, rows: NDArray[np.intp]) -> None:
+        error, effects = self.selection.error, self.selection.choice.effects
+        step = max(1, _NUMBERS_AT_ONCE // error.shape[1])
+        for start in range(0, len(rows), step):
+            block = rows[start : start + step]
+            trial = error[effects.joint[block]]
+            trial += effects.torque[block]
+            np.multiply(trial, trial, out=trial)
+            self._squares[block] = trial.max(axis=1)
+            self._powers[block] = _fourth_power(trial).sum(axis=1)
 
 
 def _fourth_power(squares: FloatArray) -> FloatArray:

@@ -159,7 +159,7 @@ def at_states(exact: ExactDynamics, allowed: FloatArray) -> Check:
 
 def simplify_exact(
     exact: ExactDynamics,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     options: SearchOptions = USUAL,
     *,
     everywhere: Sequence[Check] = (),

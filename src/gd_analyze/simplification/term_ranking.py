@@ -113,7 +113,9 @@ def rank_terms(
     included_terms = {term for terms in included for term in terms}
     needed = np.array([term in included_terms for term in all_terms], dtype=bool)
     chosen, unlisted_error = largest_terms(torques, whole, MANY_TERMS, needed)
-    effects = torques.effects(chosen).over(whole).dense()
+    of_chosen = torques.effects(chosen).over(whole)
+    del torques  # of all terms: 50 MB for a long arm
+    effects = of_chosen.dense()
     order = _order_of_elimination(effects)
     # Largest errors with the first of the order dropped, one more each time, (K + 1, n).
     error, errors = unlisted_error.copy(), [np.abs(unlisted_error).max(axis=1, initial=0.0)]

@@ -45,7 +45,7 @@ def curves(points: Sequence[TradeOffPoint]) -> dict[Level, tuple[TradeOffPoint, 
 @one_thread()
 def trade_off(
     exact: ExactDynamics,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     *,
     factors: Sequence[float] = BUDGET_FACTORS,
     levels: Sequence[Level] = tuple(HARMONIC_LEVELS.values()),

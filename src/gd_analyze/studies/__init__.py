@@ -1,1 +1,1 @@
-"""One library call per study: the main job, comparison, evaluation."""
+"""One library call per study: the main job, evaluation, comparison of two files."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, chunks
+from gd_analyze.certification.held import Held
 from gd_analyze.diagnosis.answer import is_for_identification
 from gd_analyze.diagnosis.log_resolution import LogResolution
 from gd_analyze.diagnosis.log_verdict import LogVerdict
@@ -30,15 +30,8 @@ _SHOWN_GROWTH, _SHOWN_SHARE = 0.01, 0.1
 # Least share of what is left that is allowed: by the triangle inequality, no error leaves more than that.
 _LEAST_SHARE = 1.0 / 16.0
 
-# Makes the model of a budget; None if too many terms matter.
-SearchWithin = Callable[[Budget], SimplifiedModel | None]
-
-
-class LogBudget(NamedTuple):
-    """A budget from a log, and whether a model within it can be read."""
-
-    budget: Budget
-    is_readable: bool
+# Searches the model of a budget; None if too many terms matter.
+SearchWithin = Callable[[Budget], Held | None]
 
 
 def with_log(exact: ExactDynamics, verdict: LogVerdict | None) -> ExactDynamics:
@@ -61,28 +54,44 @@ def require_log(verdict: LogVerdict | None, budget: Budget, argument: str = "bud
         )
 
 
-def budget_of_log(
-    exact: ExactDynamics, resolution: LogResolution, asked: Budget, search: SearchWithin
-) -> LogBudget:
-    """Halve a log's budget at joints where the log would show its model's error, down to a sixteenth.
+def within_log(
+    exact: ExactDynamics, resolution: LogResolution, asked: Budget, searches: Sequence[SearchWithin]
+) -> Held | None:
+    """Search the model within a log's budget, of which joints get as much as the log does not show.
 
-    An error shows if it leaves over 1 % more of the log, as RMS over the samples to which friction is fitted,
-    or if its own RMS is over a tenth of what is left.
+    A joint's share is halved, down to a sixteenth, where the model's error shows: it leaves over 1 % more of
+    the log, as RMS over the samples to which friction is fitted, or its own RMS is over a tenth of what is
+    left.
+
+    Parameters
+    ----------
+    exact, resolution
+        Exact dynamics along the log, and what the log tells of errors.
+    asked
+        The budget to begin with; its shares of the log are halved.
+    searches
+        Rough ones first: each goes on with the shares that the one before leaves.
+
+    Returns
+    -------
+    Held or None
+        What the last search finds; None if too many terms matter for one of them.
     """
-    n = exact.arm.n_joints
-    states, share = resolution.states, np.ones(n)
+    states, share = resolution.states, np.ones(exact.arm.n_joints)
     torque = torque_of(exact.arm, states, drives=exact.form.drives)
-    while True:
-        budget = asked.scaled_of("log", share)
-        model = search(budget)
-        if model is None:
-            return LogBudget(budget, is_readable=False)
-        growth = resolution.growth(model.torque(*states.arrays) - torque)
-        is_shown = (growth.fitted > _SHOWN_GROWTH) | (growth.most > _SHOWN_SHARE)
-        is_shown &= share > _LEAST_SHARE
-        if not is_shown.any():
-            return LogBudget(budget, is_readable=True)
-        share = np.where(is_shown, 0.5 * share, share)
+    held = None
+    for search in searches:
+        while True:
+            held = search(asked.scaled_of("log", share))
+            if held is None:
+                return None
+            growth = resolution.growth(held.model.torque(*states.arrays) - torque)
+            is_shown = (growth.fitted > _SHOWN_GROWTH) | (growth.most > _SHOWN_SHARE)
+            is_shown &= share > _LEAST_SHARE
+            if not is_shown.any():
+                break
+            share = np.where(is_shown, 0.5 * share, share)
+    return held
 
 
 def beside_log(

@@ -14,7 +14,7 @@ from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 from gd_analyze import __version__
-from gd_analyze.arguments import require_words, strict
+from gd_analyze.arguments import strict, words_of
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import (
     GdAnalyzeError,
@@ -94,8 +94,8 @@ def batch(
     table: str | Path | Sequence[BatchRow],
     out: str | Path,
     *,
-    formats: Collection[str] = ("json",),
-    to: Collection[str] = ("csv",),
+    formats: str | Collection[str] = ("json",),
+    to: str | Collection[str] = ("csv",),
     jobs: int = 1,
     scheduler: str | None = None,
     progress: Progress = NO_PROGRESS,
@@ -146,8 +146,8 @@ def batch(
         base_folder = Path(table) if Path(table).is_dir() else Path(table).parent
     else:
         rows, base_folder = checked_rows(table, "rows"), Path()
-    require_words(formats, RESULT_FILES, "formats")
-    require_words(to, (*TABLES, *DRAWINGS), "to")
+    formats = words_of(formats, RESULT_FILES, "formats")
+    to = words_of(to, (*TABLES, *DRAWINGS), "to")
     require_type(scheduler, (str, NoneType), "scheduler", "the address of a Dask scheduler, or None")
     if "parquet" in to and find_spec("pyarrow") is None:
         step = "pip install pyarrow, or write csv"
@@ -160,6 +160,13 @@ def batch(
     with appending_alone(folder / RECORD) as record:
         entries_by_key = _recorded(folder)
         progress.stage("analysing", len(rows))
+        states = list[str]()
+
+        def end_row(state: str) -> None:
+            states.append(state)
+            failed = f", {states.count('failed')} failed" if "failed" in states else ""
+            progress.advance()
+            progress.counted(f"{len(states)} of {len(rows)} rows{failed}")
 
         def tasks() -> Iterator[tuple[BatchTask]]:
             task_keys = set[str]()
@@ -167,7 +174,7 @@ def batch(
                 task = BatchTask(row, *row_inputs(row, base_folder), tuple(sorted(formats)))
                 keys.append(task.key)
                 if task.key in task_keys or entries_by_key.get(task.key, {}).get("state") == "done":
-                    progress.advance()
+                    end_row("done")
                 else:
                     task_keys.add(task.key)
                     yield (task,)
@@ -180,7 +187,7 @@ def batch(
             record.flush()
             os.fsync(record.fileno())
             entries_by_key[key] = entries
-            progress.advance()
+            end_row(entries["state"])
         frame = batch_table(rows, [entries_by_key[key] | {"files": key if formats else ""} for key in keys])
         for kind in to:
             with replacing(folder / f"batch.{kind}") as temporary:

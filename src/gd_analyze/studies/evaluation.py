@@ -304,7 +304,7 @@ def evaluate(
     states: States | GivenMotions | xr.Dataset,
     arm: RobotArm | None = None,
     *,
-    fail_over: Budget | str | None = "stated",
+    fail_over: Budget | str | float | None = "stated",
     strict: bool = False,
     box: Box | None = None,
     progress: Progress = NO_PROGRESS,
@@ -462,7 +462,7 @@ def _as_stated(
     return _Limit(None, ~everywhere)
 
 
-def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:
+def _limit_of(fail_over: Budget | str | float | None) -> Budget | _Stated | None:
     """The limit asked for."""
     word = fail_over.strip().lower() if isinstance(fail_over, str) else ""
     if fail_over is None or word == "none":
@@ -471,4 +471,4 @@ def _limit_of(fail_over: Budget | str | None) -> Budget | _Stated | None:
         return "stated"
     if word == "promise":
         return "promise"
-    return Budget.parse(fail_over, "fail_over") if isinstance(fail_over, str) else Budget.of(fail_over)
+    return Budget.of(fail_over, "fail_over")

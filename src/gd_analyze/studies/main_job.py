@@ -10,7 +10,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
-from gd_analyze.arguments import require_words, strict
+from gd_analyze.arguments import strict, words_of
 from gd_analyze.errors import UsageError, Warned, require_type
 from gd_analyze.files import RESULT_FILES, path_of, require_one_run
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
@@ -36,7 +36,7 @@ def analyze(
     out: str | Path | None = None,
     settings: Settings | None = None,
     *,
-    formats: Collection[str] = tuple(RESULT_FILES),
+    formats: str | Collection[str] = tuple(RESULT_FILES),
     overwrite: bool = False,
     progress: Progress = NO_PROGRESS,
     **options: Any,
@@ -95,7 +95,7 @@ def analyze(
     if settings is not None and options:
         raise UsageError("settings are given twice", where="settings", expected="an object or its fields")
     require_type(settings, (Settings, NoneType), "settings", "a Settings object, or None")
-    require_words(formats, RESULT_FILES, "formats")
+    formats = words_of(formats, RESULT_FILES, "formats")
     parsed = settings or Settings(**options)
     if out is None:
         return find(arm, trajectory, parsed, progress=progress)

@@ -112,8 +112,8 @@ def proven_again(
     """
     stated, joints = model.accuracy.certificate, model.arm.joints
     if stated is None:
-        next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without --check"
-        raise UsageError("the model states no certificate", where="--check", next_step=next_step)
+        next_step = "make one with `gd-analyze simplify --certified`, or bound its errors without it"
+        raise UsageError("the model states no certificate", where="check", next_step=next_step)
     region = stated_region(model, [along] if along else [])
     is_other = isinstance(region, Tube) and along is not None and along.fingerprint != region.fingerprint
     if region is None or is_other:

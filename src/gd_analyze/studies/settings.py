@@ -29,8 +29,8 @@ class Settings:
     Parameters
     ----------
     budget
-        Allowed torque error, or its text such as "1% or 10% friction". By default 1 % of peak torque or, if
-        its model has more terms than one can read, the next of `named_budgets`.
+        Allowed torque error: a text such as "1% or 10% friction", or a number, 0.01 for 1 % of peak torque.
+        By default that or, if its model has more terms than one can read, the next of `named_budgets`.
     level
         How to simplify, see `gd_analyze.simplify`.
     verdicts
@@ -65,7 +65,7 @@ class Settings:
         If an option is not understood or not between its limits.
     """
 
-    budget: Budget | str | None = None
+    budget: Budget | str | float | None = None
     level: str | Level = TERM
     verdicts: str = "own"
     at_set_points: bool = False

@@ -36,7 +36,7 @@ from gd_analyze.simplification.model import SimplifiedModel, with_gamma
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.search_time import SEARCH_SECONDS, SearchTime
 from gd_analyze.simplification.simplify import Check, simplify_exact
-from gd_analyze.studies.against_log import beside_log, budget_of_log, require_log, with_log
+from gd_analyze.studies.against_log import beside_log, require_log, with_log, within_log
 from gd_analyze.text import SINE_PRICE, in_python
 from gd_analyze.threads import one_thread
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 def simplify(
     arm: RobotArm | str | Path,
     states: States | GivenMotions | xr.Dataset | None = None,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     *,
     level: str | Level = TERM,
     drives: bool | None = None,
@@ -74,8 +74,8 @@ def simplify(
         worst velocities and accelerations of each, and at those reached by an ascent from the worst. At given
         states only: those of a decomposition, or any others, see `states_in_box`.
     budget
-        Allowed torque error per joint, or its text such as "1% or 10% friction", see `Budget.parse`; by
-        default 1 % of each joint's peak torque over the states.
+        Allowed torque error per joint: a text such as "1% or 10% friction", see `Budget.parse`, or a number,
+        0.01 for 1 % of each joint's peak torque over the states, which is the default.
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
@@ -175,7 +175,7 @@ def simplify(
 def search_beside_log(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | str | None,
+    budget: Budget | str | float | None,
     options: SearchOptions,
     **how: Any,
 ) -> Held:
@@ -186,13 +186,17 @@ def search_beside_log(
     require_log(verdict, budget)
     exact = with_log(exact, verdict)
 
-    def model_within(budget: Budget) -> SimplifiedModel:
-        roughly = replace(options, thorough=False)
-        return search_model(exact, motion, budget, roughly, at_states=True).model
+    def roughly(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, replace(options, thorough=False), at_states=True)
 
+    def near_motion(budget: Budget) -> Held:
+        return search_model(exact, motion, budget, options, **how)
+
+    held = None
     if "log" in budget.wholes and verdict.resolution is not None:
-        budget = budget_of_log(exact, verdict.resolution, budget, model_within).budget
-    held = search_model(exact, motion, budget, options, **how)
+        held = within_log(exact, verdict.resolution, budget, [roughly, near_motion])
+    if held is None:
+        held = near_motion(budget)
     comparison = compared(exact.arm, motion, exact.torque)
     return held._replace(model=beside_log(held.model, motion, comparison, verdict, exact.left_of_log))
 
@@ -200,7 +204,7 @@ def search_beside_log(
 def search_model(
     exact: ExactDynamics,
     motion: Trajectory | None,
-    budget: Budget | str | None,
+    budget: Budget | str | float | None,
     options: SearchOptions,
     *,
     region: Box | Tube | None = None,
@@ -263,7 +267,7 @@ def search_model(
 
 def require_consistent(
     level: Level,
-    budget: Budget | str | None = None,
+    budget: Budget | str | float | None = None,
     *,
     has_motion: bool = False,
     has_states: bool = False,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,20 +78,14 @@ def write_findings(
 ) -> None:
     """Write the chosen files together, once the last is made, and remove `strangers`, files of another run.
 
-    The PDF is typeset in parallel, as that leaves the interpreter free. The file from which the others can be
-    rebuilt is put in place first.
+    The file from which the others can be rebuilt is put in place first.
     """
     progress.stage(f"writing {', '.join(formats)}")
-    is_long = findings.trajectory.whole is not None
     chosen = [name for name in RESULT_FILES if name in formats]
     paths = [folder / RESULT_FILES[name] for name in chosen]
-    with ThreadPoolExecutor(max_workers=1) as executor, replacing_together(paths) as temporaries:
+    with replacing_together(paths) as temporaries:
         places = dict(zip(chosen, temporaries, strict=True))
         report = main_report(findings) if {"pdf", "html"} & places.keys() else None
-        # For a long motion memory is scarcer than time.
-        pdf = None
-        if report is not None and "pdf" in places and not is_long:
-            pdf = executor.submit(pdf_of, report)
         if report is not None and "html" in places:
             places["html"].write_bytes(page_of(report).encode())
         if "csv" in places:
@@ -110,7 +103,7 @@ def write_findings(
         if "h5" in places:
             write_results(findings, places["h5"])
         if report is not None and "pdf" in places:
-            places["pdf"].write_bytes(pdf_of(report) if pdf is None else pdf.result())
+            places["pdf"].write_bytes(pdf_of(report))
     for path in strangers:
         path.unlink(missing_ok=True)
 

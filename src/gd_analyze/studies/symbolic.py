@@ -76,7 +76,7 @@ def symbolic_result(robot: str) -> Result:
     """D, h and c of the two-link arm by every formulation, compared with [FGL87]."""
     if robot != "two_link":
         message = "only [FGL87]'s two-link arm has closed forms here"
-        raise UsageError(message, where="--symbolic", expected="two_link", found=robot)
+        raise UsageError(message, where="symbolic", expected="two_link", found=robot)
     text = text_closed_forms()
     forms = {name: two_link_closed_forms(name) for name in METHODS}
     methods = {name: form.entries() | {"is_the_text's": same(form, text)} for name, form in forms.items()}
@@ -134,7 +134,7 @@ def _symbolic_arm(s: dict[str, Any]) -> Any:
         mass=np.array([s["m1"], s["m2"]], dtype=object),
         com=np.array([com, com]),
         inertia_com=np.array(across),
-        gravity=np.array([0.0, -s["g"], 0.0], dtype=object),
+        gravity_vector=np.array([0.0, -s["g"], 0.0], dtype=object),
         links=(SimpleNamespace(com=com, frame=frame),) * 2,
         joints=(Joint("1"), Joint("2")),
         is_revolute=(True, True),

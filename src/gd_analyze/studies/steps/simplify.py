@@ -25,7 +25,7 @@ from gd_analyze.simplification.search_time import SearchTime
 from gd_analyze.simplification.simplify import Check
 from gd_analyze.simplification.term_ranking import TermRanking, rank_terms
 from gd_analyze.simplification.torque_program import READABLE
-from gd_analyze.studies.against_log import beside_log, budget_of_log
+from gd_analyze.studies.against_log import beside_log, within_log
 from gd_analyze.studies.budget_stops import Stop, chosen_stop, named_budgets, stop_at, wider_stop
 from gd_analyze.studies.settings import Settings
 from gd_analyze.studies.simplifying import search_model
@@ -188,19 +188,20 @@ def _stops(
 
 
 def _stop_of_log(dynamics: RunDynamics, search_at: SearchAt) -> Stop:
-    """Search the budget that the log allows with models at the set points, and then its model."""
+    """Search the budget that the log allows, with models at the set points and then near the motion."""
     exact, verdict = dynamics.exact, dynamics.verdict
     assert verdict is not None  # it asked for this budget
     assert verdict.resolution is not None
+    stops: list[Stop] = []
 
-    def model_within(budget: Budget) -> SimplifiedModel | None:
-        search = partial(search_at, exact, most_terms=READABLE, roughly=True)
-        stop = stop_at(exact, TERM, budget, search)
-        return stop.held.model if stop.held is not None and stop.is_readable else None
+    def held_within(budget: Budget, *, roughly: bool) -> Held | None:
+        search = partial(search_at, exact, most_terms=READABLE, roughly=roughly)
+        stops.append(stop_at(exact, TERM, budget, search))
+        return stops[-1].held if stops[-1].is_readable else None
 
-    budget, is_readable = budget_of_log(exact, verdict.resolution, dynamics.asked, model_within)
-    search = partial(search_at, exact, most_terms=READABLE)
-    return stop_at(exact, TERM, budget, search, unsearched="" if is_readable else "terms")
+    searches = [partial(held_within, roughly=roughly) for roughly in (True, False)]
+    within_log(exact, verdict.resolution, dynamics.asked, searches)
+    return stops[-1]
 
 
 def _model_at(
