@@ -123,16 +123,14 @@ def savings_appendix(findings: Findings) -> Section:
 
 def _steps(model: SimplifiedModel) -> Table:
     """Operations after each step of the search, and what they compute."""
-    searched, programs = "torque", [("exact", "torque", model.operations_full)]
-    final = [("final program", "torque", model.operations)]
+    searched, exact, final = "torque", model.operations_full, {"torque": model.operations}
     if model.level is TERM:
         searched, exact = "D, h and c", model.form.functions.operations
-        programs.insert(0, ("exact", searched, exact))
-        final.insert(0, ("final program", searched, model.functions.operations))
+        final = {searched: model.functions.operations, **final}
     rows: list[tuple[str, str, int, int | None]] = [
-        *((name, quantity, count.total, count.sines_cosines) for name, quantity, count in programs),
+        ("exact model", searched, exact.total, exact.sines_cosines),
         *((step.name, searched, step.operations, None) for step in model.accuracy.steps),
-        *((name, quantity, count.total, count.sines_cosines) for name, quantity, count in final),
+        *(("final program", name, count.total, count.sines_cosines) for name, count in final.items()),
     ]
     names, quantities, counts, angles = zip(*rows, strict=True)
     columns = (
