@@ -22,6 +22,7 @@ from gd_analyze.result import Fact
 from gd_analyze.results.model_facts import FEEDFORWARD_ONLY, H_NOTE, headline, structure_note
 from gd_analyze.results.run_facts import elements_by_verdict, notes, notices, stop_rows
 from gd_analyze.simplification.torque_program import ROUGH, torque_program
+from gd_analyze.text import percent
 from gd_analyze.types import Findings
 from page_reader import Page
 
@@ -74,7 +75,7 @@ def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
     facts = {part.key: part for part in elements_by_verdict(puma_findings).parts if isinstance(part, Fact)}
     # Elements of which only the drive counts are named in words.
     words = facts.pop("drives").written
-    del facts["text"]
+    facts.pop("text")  # says how many of the text's verdicts agree
     listed = [label for fact in facts.values() for label in fact.value]
     listed += re.findall(r"D\d\d", words)
     assert sorted(listed) == sorted(puma_findings.dominance.element.values.tolist())
@@ -211,7 +212,11 @@ def test_h_and_gamma_are_explained_before_the_equations(puma_findings: Findings)
     words = " ".join(Page(page_of(main_report(puma_findings))).text.split())
     places = [
         words.index(said)
-        for said in (H_NOTE.split(" (")[0], "Mass matrix within", "those not listed are zero")
+        for said in (
+            H_NOTE.replace("`", ""),
+            f"Mass matrix within {percent(gamma)} of",
+            "those not listed are zero",
+        )
     ]
     assert places == sorted(places)
     unfit = dataclasses.replace(model, accuracy=dataclasses.replace(model.accuracy, gamma=1.5))

@@ -307,8 +307,8 @@ dominance = together(
 top = number("--top", 0, "Rows of the ranking to print.")
 
 BUDGET = (
-    "Allowed torque error: 1% (of each joint's peak torque), 0.5% limit, 10% friction, uncertainty, or 0.5 "
-    '(N m); the larger of several joined by "or"; for all joints, or one per joint, comma-separated.'
+    "Allowed torque error: 1% (of each joint's peak torque), 0.5% limit, 10% friction, uncertainty, log, or "
+    '0.5 (N m); the larger of several joined by "or"; for all joints, or one per joint, comma-separated.'
 )
 
 

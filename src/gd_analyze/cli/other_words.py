@@ -32,8 +32,8 @@ _OF_VERBS = {
     "friction": "`gd-analyze identify ROBOT LOG` fits links, drives and friction; `gd-analyze ROBOT LOG "
     "--fit-friction` fits friction alone",
     "analyse run main start": "`gd-analyze ROBOT TRAJECTORY` is the main job",
-    "decompose decomposition split parts dominance": "`gd-analyze ROBOT TRAJECTORY` splits and ranks the "
-    "elements; `gd-analyze rank-terms ROBOT TRAJECTORY` ranks single terms",
+    "decompose decomposition split parts dominance rank": "`gd-analyze ROBOT TRAJECTORY` splits and ranks "
+    "the elements; `gd-analyze rank-terms ROBOT TRAJECTORY` ranks single terms",
     "info show inspect check validate list robots robot models": "`gd-analyze arms ROBOT` shows an arm and "
     "its implausible numbers; without ROBOT it lists the built-in arms",
     "convert": "`gd-analyze arms ROBOT --to toml` prints the arm as TOML; `gd-analyze export ROBOT --to "
