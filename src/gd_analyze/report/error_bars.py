@@ -33,11 +33,12 @@ def error_bars(findings: Findings) -> dict[str, Any]:
                 "share": percent(share),
             }
         )
-    longest = max([1.25, *(share for share in (*sampled, *proven) if share is not None)])
+    bounds = [share for share in proven if share is not None]
     return {
         "joints": joints,
-        "longest": min(longest, _LONGEST_BAR),
+        "longest": min(max([1.25, *sampled, *bounds]), _LONGEST_BAR),
         "is_proven": bound is not None,
+        "exceeds": any(share > 1.0 for share in bounds),
         "proof": findings.proof,
         "near": "the motion" if bound is None else f"{margins(findings)} of the motion",
         "budget": accuracy.budget,
