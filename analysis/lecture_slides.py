@@ -23,6 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 import gd_analyze as gd
+from gd_analyze.figures.structure import cells
 
 FOLDER = Path(__file__).parents[1] / "docs" / "lecture"
 WIDTH, HEIGHT, DPI = 16.0, 9.0, 100
@@ -148,8 +149,8 @@ def matrix(findings: gd.types.Findings) -> Figure:
     ax.set_axis_off()
     ax.set(xlim=(-0.1, 8.9), ylim=(6.1, -0.1))
     verdicts = findings.dominance.verdict.to_series()
-    # Drives are part of it; the budget is 1 % of peak torque.
-    shares = 0.01 * findings.dominance.consequence.to_series()
+    parts = cells(findings)
+    shares = {name: part.share for name, part in parts.items()}
     places: dict[str, tuple[float, float]] = {
         f"D{i}{j}": (j - 1, i - 1) for i in range(1, 7) for j in range(i, 7)
     }
@@ -158,10 +159,19 @@ def matrix(findings: gd.types.Findings) -> Figure:
         verdict = verdicts.get(name, "zero")
         colour = "gravity" if name[0] == "c" and verdict != "zero" else verdict
         share = shares.get(name, 0.0)
-        said = (
-            "" if verdict == "zero" else f"\n{100 * share:.2g} %" if share < 0.1 else f"\n{100 * share:.0f} %"
-        )
-        cell(ax, x + 0.5, y + 0.5, colour, 0.92, 0.92, f"{name}{said}", 19)
+        said = f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"
+        if verdict in ("zero", "negligible"):
+            cell(
+                ax, x + 0.5, y + 0.5, colour, 0.92, 0.92, name if verdict == "zero" else f"{name}\n{said}", 19
+            )
+            continue
+        cell(ax, x + 0.5, y + 0.5, "zero", 0.92, 0.92, "", 19)
+        ax.text(x + 0.5, y + 0.36, f"{name}\n{said}", fontsize=19, ha="center", va="center", linespacing=1.2)
+        # Below, the links in the colour of their verdict, and the drive beside them.
+        of_drive = parts[name].parts.get("drives", 0.0)
+        for name_of, start, width in ((colour, 0.0, 1.0 - of_drive), ("drive", 1.0 - of_drive, of_drive)):
+            place = (x + 0.04 + 0.92 * start, y + 0.7)
+            ax.add_patch(Rectangle(place, 0.92 * width, 0.26, facecolor=COLOURS[name_of]))
     names = [name for name in COLOURS if name in {*verdicts, "gravity"}]
     handles = [Patch(facecolor=COLOURS[name], edgecolor="#bbbbbb", label=name) for name in names]
     figure.legend(

@@ -59,15 +59,15 @@ def test_bars_are_shares_of_the_sum_of_rms(puma_findings: Findings) -> None:
     dataset, shares = puma_findings.decomposition, shares_of_torque(puma_findings)
     rms = {
         "gravity": dataset.gravity_loading.values,
-        "velocity": dataset.coriolis_centrifugal.values.sum(axis=1),
         "drives": dataset.drive_torque.values,
     }
     for k, effect in enumerate(("translation", "rotation")):
         rms[effect] = (dataset.inertia.values[:, k] @ dataset.qdd.values[..., None])[..., 0]
+        rms[f"h_{effect}"] = dataset.coriolis_centrifugal.values[:, k]
     sizes = {name: np.sqrt((values**2).mean(axis=0)) for name, values in rms.items()}
     total = sum(sizes.values())
     for name, size in sizes.items():
-        # Sums of 31 squares and five parts.
+        # Sums of 31 squares and six parts.
         np.testing.assert_allclose(shares[name], size / total, rtol=0, atol=1e3 * EPS)
 
 
@@ -83,6 +83,22 @@ def test_every_element_is_in_one_list(puma_findings: Findings) -> None:
         *(f"D1{j}" for j in range(1, 7)),
         "D22",
     ]
+
+
+def test_elements_that_the_model_drops_are_marked(puma_findings: Findings) -> None:
+    facts = {part.key: part for part in elements_by_verdict(puma_findings).parts if isinstance(part, Fact)}
+    written = {
+        line.split(" = ")[0] for line in str(puma_findings.model.equations).splitlines() if line[0] in "Dhc"
+    }
+    listed = [label for key in ("translation", "rotation", "both", "gravity") for label in facts[key].value]
+    dropped = [label for label in listed if label not in written]
+    marked = [
+        name.removesuffix("°") for fact in facts.values() for name in re.findall(r"\w+°", str(fact.text))
+    ]
+    assert sorted(marked) == sorted(dropped)
+    assert dropped
+    # Said once.
+    assert [fact.note for fact in facts.values()].count("° not in the model") == 1
 
 
 def value(power: Power, q: np.ndarray, qd: np.ndarray) -> float:

@@ -112,6 +112,33 @@ def test_folded_the_page_is_short_and_never_scrolls_sideways(
         assert tab.run("document.documentElement.scrollWidth") <= width
 
 
+@pytest.mark.parametrize("width", [1440, 1024])
+def test_tables_and_links_to_all_sections_fit(browser: Any, file: Path, width: int) -> None:
+    with opened(browser, file, width) as tab:
+        tab.unfold()
+        for places in (".scroll:has(table)", ".bar nav"):
+            narrow = (
+                f"[...document.querySelectorAll('{places}')].filter((e) => e.scrollWidth > e.clientWidth + 1)"
+            )
+            assert tab.run(f"{narrow}.map((e) => e.ariaLabel)") == []
+        # What a link leads to is not hidden below the bar.
+        tab.page.click("nav a[href='#ranking']")
+        tab.frame()
+        bar, section = (tab.page.locator(name).bounding_box() for name in (".bar", "#ranking"))
+        assert section["y"] >= bar["y"] + bar["height"] - 1
+
+
+def test_cells_say_what_they_hold_and_their_labels_are_read_in_focus(tab: Tab) -> None:
+    assert tab.run("[...document.querySelectorAll('.cell')].every((cell) => cell.title === cell.ariaLabel)")
+    tab.page.focus(".cell[tabindex='0']")
+    tab.page.keyboard.press("ArrowRight")
+    look = tab.run(
+        "(({ outlineOffset, outlineWidth }) => [outlineOffset, outlineWidth])"
+        "(getComputedStyle(document.activeElement))"
+    )
+    assert look == ["-2px", "2px"]
+
+
 def test_links_and_addresses_open_what_they_lead_to(browser: Any, file: Path) -> None:
     with opened(browser, file) as tab:
         assert not tab.run("document.getElementById('beyond').open")

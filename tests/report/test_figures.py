@@ -92,7 +92,7 @@ def test_stacked_parts_end_at_the_torque(puma_findings: Findings) -> None:
         areas = [item for item in panel.items if isinstance(item, Area)]
         total = sum(area.far - area.near for area in areas)
         scale = np.abs(parts.total[:, i]).max()
-        # Sums of five parts, each as large as the torque or somewhat larger.
+        # Sums of six parts, each as large as the torque or somewhat larger.
         np.testing.assert_allclose(total, parts.total[:, i], atol=1e-12 * scale)
         low, high = panel.y.low, panel.y.high
         assert all(low <= area.far.min() and area.far.max() <= high for area in areas)

@@ -42,7 +42,7 @@ def test_first_page_answers_the_question(puma_pdf: bytes, puma_findings: Finding
     labels = [subscripted(label) for label in puma_findings.dominance.element.values.tolist()]
     assert all(label in words for label in labels)
     assert "The model" in words
-    assert H_NOTE.partition("--")[0].strip() in words
+    assert H_NOTE.partition(" (")[0] in words
     for stop in opening["parts"]["stops"][0]["facts"]:
         assert f"{stop['label']}: {stop['text']}" in words
     assert {"Figure 1.", "Figure 2."} <= set(re.findall(r"(?:Figure|Table) \d\.", words))

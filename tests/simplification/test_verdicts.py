@@ -65,7 +65,7 @@ def test_our_own_verdicts_are_those_of_the_ranking(exact):
 
 def test_operations_are_those_of_d_h_and_c(exact):
     every, text = (
-        operations_by_quantity(exact.form, kept)
+        {name: count.total for name, count in operations_by_quantity(exact.form, kept).items()}
         for kept in (parts_of(6), model_by_verdicts(exact, "text").terms)
     )
     assert list(every) == ["D", "h", "c", "D, h and c"]
@@ -73,7 +73,7 @@ def test_operations_are_those_of_d_h_and_c(exact):
         assert text[name] <= every[name]
     # What the three share is computed once.
     assert max(every["D"], every["h"]) < every["D, h and c"] < every["D"] + every["h"] + every["c"]
-    assert operations_by_quantity(exact.form, set[ElementPart]())["D, h and c"] == 0
+    assert operations_by_quantity(exact.form, set[ElementPart]())["D, h and c"].total == 0
 
 
 def test_an_arm_that_the_text_does_not_show_is_refused(two_link):

@@ -68,7 +68,7 @@ def arm_figure(run: Run) -> Figure:
         foot = moved[0, 0] * (1, 1, 0) + (0, 0, low[2])
         items.append(_spatial(view, np.stack([moved[0, 0], foot]), "combined", 4.0, opacity=0.45))
     items += _poses(view, moved)
-    items.append(_spatial(view, broken(path.T, gaps).T, "rotation", 1.4))
+    items.append(_spatial(view, broken(path.T, gaps).T, "series-4", 1.4))
     ends = view.project(path[[0, -1]])
     is_closed = np.ptp(ends, axis=0).max() < 0.03 * (x.high - x.low)
     is_upward = bool(ends[0, 1] < ends[1, 1])
@@ -77,7 +77,7 @@ def arm_figure(run: Run) -> Figure:
         names = [(0, "start and end" if len(path) > 1 else "end effector")]
     for k, name in names:
         at = path[k]
-        items.append(_spatial(view, at[None].repeat(2, axis=0), "rotation", 5.0))
+        items.append(_spatial(view, at[None].repeat(2, axis=0), "series-4", 5.0))
         if k == 0:
             items.append(_spatial(view, at[None].repeat(2, axis=0), "paper", 3.0))
         up = -11.0 if (k == 0) == is_upward and not is_closed else 5.0
@@ -104,11 +104,11 @@ def views_figure(run: Run) -> Figure:
         path_points = view.project(broken(path.T, gaps).T)
         items = [
             *_poses(view, moved),
-            Curve(path_points[:, 0], path_points[:, 1], "rotation", 1.4, label=f"end effector {view.title}"),
+            Curve(path_points[:, 0], path_points[:, 1], "series-4", 1.4, label=f"end effector {view.title}"),
         ]
         for k, hollow in ((0, True), (-1, False)):
             end = view.project(path[k])
-            items.append(Curve(end[:1], end[1:], "rotation", 0.0, marker="circle", size=4.5, hollow=hollow))
+            items.append(Curve(end[:1], end[1:], "series-4", 0.0, marker="circle", size=4.5, hollow=hollow))
         corner = f"{_axis_name(view.right)} to the right, {_axis_name(view.up)} up, m"
         panels.append(Panel(view.title, view.title, x, y, tuple(items), corner, margins=margins))
     return Figure("The arm along the axes of its base frame", (tuple(panels),), *_AXIS_VIEW_SIZE)

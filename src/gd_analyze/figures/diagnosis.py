@@ -31,7 +31,7 @@ _ACROSS = {
 }
 # Dots of one colour in a panel.
 _MOST_DOTS_PER_COLOUR = 200
-_LEFT = {"as logged": ("series-1", "sample_measured", "sample_fitted")}
+_LEFT = {"as logged": ("combined", "sample_measured", "sample_fitted")}
 _MENDED = {"with the causes": ("accent", "sample_mended", "sample_fitted_mended")}
 
 

@@ -31,7 +31,7 @@ ON_PAPER = {name: light for name, (light, _) in COLOURS.items()}
 FIGURE_WIDTH = 493.0
 
 # Hatching of what makes a torque; translation has none.
-HATCHING = {"rotation": "/", "both": "/\\", "velocity": "\\", "gravity": "|", "drive": "-", "drives": "-"}
+HATCHING = {"rotation": "/", "both": "/\\", "gravity": "|", "drive": "-", "drives": "-"}
 # Distance of the lines, pt.
 _HATCH_SPACING = 2.6
 # Height of a row of cells; the rest separates it from the next.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,13 +37,27 @@ from gd_analyze.text import amount, pretty
 if TYPE_CHECKING:
     import xarray as xr
 
-# Contributions to torque, in stacking order.
-CONTRIBUTION_LABELS = {
-    "gravity": "gravity",
-    "translation": "inertia by translation",
-    "rotation": "inertia by rotation",
-    "velocity": "Coriolis and centrifugal",
-    "drives": "drives",
+
+class Contribution(NamedTuple):
+    """How a contribution to torque is drawn: its colour is that of its effect, paler for h."""
+
+    label: str
+    colour: str
+    letter: str
+    hatching: str = ""
+
+    def key(self, label: str) -> LegendKey:
+        """Entry of a legend."""
+        return LegendKey(label, self.colour, "area", hatching=self.hatching)
+
+
+CONTRIBUTIONS = {
+    "translation": Contribution("inertia by translation", "translation", "T"),
+    "rotation": Contribution("inertia by rotation", "rotation", "R", HATCHING["rotation"]),
+    "h_translation": Contribution("h by translation", "area-translation", "h"),
+    "h_rotation": Contribution("h by rotation", "area-rotation", "h", HATCHING["rotation"]),
+    "gravity": Contribution("gravity", "area-gravity", "c", HATCHING["gravity"]),
+    "drives": Contribution("drives", "area-drives", "J", HATCHING["drives"]),
 }
 # A limit beyond this multiple of the torque would leave no room for the contributions.
 _LIMIT_IN_VIEW = 1.6
@@ -122,10 +136,7 @@ def contributions_figure(run: Run) -> Figure:
     columns = {1: 1, 2: 2, 4: 2}.get(n, 3 if n <= 6 else 4)
     height = max(min(_STACK_HEIGHT / -(-n // columns), 140.0), 60.0)
     panels = [_stacked(run, parts, i, FIGURE_WIDTH / columns) for i in range(n)]
-    keys = [
-        LegendKey(CONTRIBUTION_LABELS[name], f"area-{name}", "area", hatching=HATCHING.get(name, ""))
-        for name in parts.parts
-    ]
+    keys = [CONTRIBUTIONS[name].key(CONTRIBUTIONS[name].label) for name in parts.parts]
     keys.append(LegendKey("torque, their sum", "ink"))
     if any(isinstance(item, Curve) and item.colour == "warn" for panel in panels for item in panel.items):
         keys.append(LegendKey("torque limit", "warn", dashes=(4.0, 2.0)))
@@ -149,9 +160,8 @@ def _stacked(run: Run, parts: Contributions, i: int, width: float) -> Panel:
     for pile in piles if size > noise else ():
         for name, pair in pile.items():
             near, far = (np.broadcast_to(broken(edge, gaps), time.shape) for edge in pair)
-            items.append(
-                Area(time, near, far, f"area-{name}", CONTRIBUTION_LABELS[name], HATCHING.get(name, ""))
-            )
+            part = CONTRIBUTIONS[name]
+            items.append(Area(time, near, far, part.colour, part.label, part.hatching))
     total = np.broadcast_to(broken(parts.total[:, i], gaps), time.shape)
     items.append(Curve(time, total, "ink", 1.2, label="torque"))
     ends = np.array([x.low, x.high])
@@ -198,17 +208,19 @@ class Contributions:
 
 
 def torque_by_cause(dataset: xr.Dataset) -> dict[str, FloatArray]:
-    """Split the torque of every joint by `CONTRIBUTION_LABELS`, N m (N), shape (N, n) each, which sum to it.
+    """Split the torque of every joint by `CONTRIBUTIONS`, N m (N), shape (N, n) each, which sum to it.
 
-    "translation" and "rotation" accelerate the links, by effect; "velocity" is Coriolis and centrifugal of
-    both effects; "drives" exists only if they are part of the torque.
+    In stacking order. "translation" and "rotation" accelerate the links; "drives" exists only if they are
+    part of the torque.
     """
     translation, rotation = np.einsum("teij,tj->eti", dataset.inertia.values, dataset.qdd.values)
+    h_translation, h_rotation = dataset.coriolis_centrifugal.values.swapaxes(0, 1)
     parts = {
         "gravity": dataset.gravity_loading.values,
         "translation": translation,
         "rotation": rotation,
-        "velocity": dataset.coriolis_centrifugal.values.sum(axis=1),
+        "h_translation": h_translation,
+        "h_rotation": h_rotation,
     }
     return parts | ({"drives": dataset.drive_torque.values} if "drive_torque" in dataset else {})
 
@@ -237,8 +249,8 @@ def error_figure(run: Run) -> Figure:
         right.append(over_time(motion.time, error, motion.gaps, "accent", 1.2, label="error"))
         if is_proven:
             steps = broken(edges, breaks)
-            right.append(Curve(steps, proven, "inertia", 0.8, label=run.proof))
-            right.append(Curve(steps, -proven, "inertia", 0.8))
+            right.append(Curve(steps, proven, "bound", 0.8, label=run.proof))
+            right.append(Curve(steps, -proven, "bound", 0.8))
         unit = joint.effort_unit
         torques = value_axis(unit, exact, simplified, floor=noise)
         errors = value_axis(unit, error, proven, -proven, np.array([-allowed, allowed]), floor=noise)
@@ -254,7 +266,7 @@ def error_figure(run: Run) -> Figure:
         LegendKey("exact", "combined"),
         LegendKey("simplified; error", "accent"),
         LegendKey("allowed", "accent-wash", "area"),
-        *([LegendKey(f"{run.proof} near the motion", "inertia")] if is_proven else []),
+        *([LegendKey(f"{run.proof} near the motion", "bound")] if is_proven else []),
     )
     height = min(252.0 / run.arm.n_joints, 110.0)
     return Figure("Torque and error of every joint", tuple(rows), FIGURE_WIDTH / 2, height, legend)
@@ -281,8 +293,8 @@ def measured_figure(run: Run) -> Figure:
             coulomb, viscous, offset = (np.nan_to_num(float(of_joint[name])) for name in FRICTION_TERMS)
             velocity = run.trajectory.qd[points, i]
             friction = coulomb * np.sign(velocity) + viscous * velocity + offset
-            left.append(line(exact + friction, colour="rotation", width=0.8, label="exact and friction"))
-            right.append(line(friction, colour="rotation", width=0.9, label="friction and offset"))
+            left.append(line(exact + friction, colour="series-5", width=0.8, label="exact and friction"))
+            right.append(line(friction, colour="series-5", width=0.9, label="friction and offset"))
         joint = run.arm.joints[i]
         y = [value_axis(joint.effort_unit, *(item.y for item in side)) for side in (left, right)]
         name = short_joint_label(run.arm.joints, i, 190.0)
@@ -294,7 +306,7 @@ def measured_figure(run: Run) -> Figure:
         )
     legend = [LegendKey("as read", "line"), LegendKey("measured", "combined"), LegendKey("exact", "accent")]
     if is_fitted and joints:
-        legend.append(LegendKey("with friction; friction and offset", "rotation"))
+        legend.append(LegendKey("with friction; friction and offset", "series-5"))
     height = min(252.0 / max(len(joints), 1), 92.0)
     return Figure("Measured and exact torque", tuple(rows), FIGURE_WIDTH / 2, height, tuple(legend))
 

@@ -27,9 +27,9 @@ def reach_figure(run: Run) -> Figure:
     allowed = run.tables["simplified_model"].allowed_error.values
     looks: tuple[tuple[str, np.ndarray, str, Any], ...] = (
         ("at the set points", run.tables["simplified_model"].largest_error.values, "accent", "circle"),
-        ("found in the box", beyond.worst_found.values, "inertia", "triangle"),
-        (f"{run.proof} in the box", beyond.certified.values, "inertia", "square"),
-        ("within the arm's limits", beyond.within_limits.values, "rotation", "diamond"),
+        ("found in the box", beyond.worst_found.values, "bound", "triangle"),
+        (f"{run.proof} in the box", beyond.certified.values, "bound", "square"),
+        ("within the arm's limits", beyond.within_limits.values, "series-4", "diamond"),
         ("uncertainty of parameters", beyond.uncertainty.values, "ink", "cross"),
     )
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -16,7 +16,6 @@ from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.figures.elements import subscripted
 from gd_analyze.figures.figure import (
-    HATCHING,
     Area,
     Axis,
     Curve,
@@ -27,7 +26,7 @@ from gd_analyze.figures.figure import (
     Panel,
     short_joint_label,
 )
-from gd_analyze.figures.joints import torque_by_cause
+from gd_analyze.figures.joints import CONTRIBUTIONS, torque_by_cause
 from gd_analyze.figures.run import Run
 from gd_analyze.text import percent
 
@@ -37,14 +36,6 @@ MATRIX_WIDTH = 318.0
 BARS_WIDTH = 166.0
 # Largest side of a cell, pt.
 _LARGEST_CELL = 54.0
-# Colour and letter of every part, in the order in which they are drawn.
-_PARTS = {
-    "translation": ("translation", "T"),
-    "rotation": ("rotation", "R"),
-    "velocity": ("area-velocity", "h"),
-    "gravity": ("area-gravity", "c"),
-    "drives": ("area-drives", "J"),
-}
 
 
 @dataclass(frozen=True)
@@ -55,7 +46,7 @@ class Cell:
     share: float  # from 0; above 1 where elements cancel
     joint: int  # where the share is largest, from 1
     crosses: bool  # whether that is not the joint of its row, but that of its column
-    parts: Mapping[str, float]  # shares of the RMS of all parts, which sum to 1; by names of `_PARTS`
+    parts: Mapping[str, float]  # shares of the RMS of all parts, which sum to 1; by names of `CONTRIBUTIONS`
     verdict: str  # "zero", "negligible", "translation", "rotation", "both", "gravity" or "drive"
 
 
@@ -110,7 +101,8 @@ def matrix_figure(run: Run) -> Figure:
 
 
 def _key(name: str) -> LegendKey:
-    return LegendKey(name, _PARTS[name][0], "area", hatching=HATCHING.get(name, ""))
+    part = CONTRIBUTIONS[name]
+    return part.key(part.label if part.letter == "h" else name)
 
 
 def _cell(cell: Cell, side: float) -> Panel:
@@ -128,7 +120,7 @@ def _cell(cell: Cell, side: float) -> Panel:
     if not is_grey:
         reach = room * math.sqrt(min(cell.share, 1.0))
         left, low = (side - reach) / 2, 2.0 * edge + (room - reach) / 2
-        for name in filter(cell.parts.__contains__, _PARTS):
+        for name in filter(cell.parts.__contains__, CONTRIBUTIONS):
             right = left + reach * cell.parts[name]
             items.append(_part(name, left, right, low, low + reach))
             left = right
@@ -158,11 +150,12 @@ def _box(left: float, right: float, low: float, high: float, colour: str) -> Are
 
 def _part(name: str, left: float, right: float, low: float, high: float) -> Area:
     """A rectangle with its hatching."""
-    return replace(_box(left, right, low, high, _PARTS[name][0]), hatching=HATCHING.get(name, ""))
+    part = CONTRIBUTIONS[name]
+    return replace(_box(left, right, low, high, part.colour), hatching=part.hatching)
 
 
 def shares_of_torque(run: Run) -> dict[str, FloatArray]:
-    """RMS of each cause of every joint's torque over the sum of these RMS, shape (n,), by `_PARTS`.
+    """RMS of each cause of every joint's torque over the sum of these RMS, shape (n,), by `CONTRIBUTIONS`.
 
     Zero at a joint without torque. Of a long motion, evenly spaced set points count.
     """
@@ -173,7 +166,7 @@ def shares_of_torque(run: Run) -> dict[str, FloatArray]:
     floor = float(run.decomposition.attrs["torque_round_off"])
     return {
         name: np.divide(rms[name], total, out=np.zeros_like(total), where=total > floor)
-        for name in _PARTS
+        for name in CONTRIBUTIONS
         if name in rms
     }
 
@@ -192,19 +185,19 @@ def _bar(run: Run, joint: int, shares: Mapping[str, float], side: float) -> Pane
     low, high = 2.0, side - 1.75 * size
     left, items = 0.0, list[Item]()
     for name, share in shares.items():
-        right = left + BARS_WIDTH * share
+        part, right = CONTRIBUTIONS[name], left + BARS_WIDTH * share
         if right - left > 0.2:
             items.append(_part(name, left, right, low, high))
-        label = f"{_PARTS[name][1]} {percent(share)}"
+        label = f"{part.letter} {percent(share)}"
         for words in (label, label.split()[0]):
             # Text on its area, on a piece of paper where lines would run through it.
             wide = 0.6 * size * len(words) + 3.0
             if wide < right - left:
                 middle, mid = (left + right) / 2, (low + high) / 2
-                if name in HATCHING:
+                if part.hatching:
                     half = 0.62 * size
                     ends = middle - wide / 2, middle + wide / 2, mid - half, mid + half
-                    items.append(_box(*ends, _PARTS[name][0]))
+                    items.append(_box(*ends, part.colour))
                 colour = "paper" if name in ("translation", "rotation") else "ink"
                 items.append(FigureWords(middle, mid - 0.34 * size, words, colour, "middle", size, bold=True))
                 break

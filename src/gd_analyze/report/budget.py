@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gd_analyze.arrays import FloatArray
 from gd_analyze.formulas.formula import Formula, Power, Product, Symbol
 from gd_analyze.formulas.languages import PageMathML
 from gd_analyze.harmonics.terms import Torques
@@ -26,9 +27,6 @@ from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands
 
-# Lowest and highest decade of the axis of errors over the budget.
-_LOWEST_DECADE = -2
-_HIGHEST_DECADE = 1
 _MATHS = PageMathML()
 _QUANTITIES = {"D": "inertia", "J": "drive", "h": "coriolis_centrifugal", "c": "gravity_loading"}
 
@@ -81,13 +79,12 @@ class BudgetPath:
         return out
 
     def data(self, findings: Findings) -> dict[str, Any]:
-        """Models by position, for the page and its script; positions of errors are percent of their axis."""
-        model, allowed, whole = findings.model, findings.model.accuracy.allowed, findings.model.accuracy.whole
+        """Models by position, for the page and its script."""
+        model, whole = findings.model, findings.model.accuracy.whole
         of_peak = model.accuracy.asked.shares_of == "peak torque"
         errors, limits = (
             np.array([row[name] for row in self.rows]) for name in ("largest_error", "allowed_error")
         )
-        ratio = np.divide(errors, allowed, out=np.zeros_like(errors), where=allowed > 0.0)
         return {
             "asked": self.asked,
             "label": [budget_words(row["budget"]) for row in self.rows],
@@ -99,8 +96,7 @@ class BudgetPath:
             "proof": self.proofs(findings),
             "keeps": {"terms": model.level.keeps, "parts": "parts"}.get(made_of(findings), ""),
             "largest_error": [[float(f"{error:.4g}") for error in row] for row in errors],
-            "place": [[place(share) for share in row] for row in ratio],
-            "limit": [[place(share) for share in row] for row in limits / allowed],
+            "used": [used(*row, findings.round_off) for row in zip(errors, limits, strict=True)],
             "allowed": limits.tolist(),
             "whole": [whole.tolist() if of_peak else row for row in limits.tolist()],
             "shares_of": model.accuracy.asked.shares_of,
@@ -140,15 +136,11 @@ def _counts(operations: OperationCount) -> dict[str, int]:
     return {"operations": operations.total, "angles": operations.sines_cosines}
 
 
-def place(ratio: float) -> float:
-    """Position of the ratio of error to budget on the axis of the joints' errors, percent from the left."""
-    decade = math.log10(ratio) if ratio > 0.0 else _LOWEST_DECADE
-    return round(
-        100
-        * (min(max(decade, _LOWEST_DECADE), _HIGHEST_DECADE) - _LOWEST_DECADE)
-        / (_HIGHEST_DECADE - _LOWEST_DECADE),
-        2,
-    )
+def used(errors: FloatArray, allowed: FloatArray, round_off: float) -> list[float]:
+    """Errors of the joints over the allowed ones, to four digits; 0 where an error is round-off."""
+    counts = (errors > round_off) & (allowed > 0.0)
+    shares = np.divide(errors, allowed, out=np.zeros_like(errors), where=counts)
+    return [float(f"{share:.4g}") for share in shares]
 
 
 def budget_words(budget: str) -> str:

@@ -54,6 +54,7 @@ def opening_of(result: Result) -> dict[str, Any]:
     return {
         "title": result.title,
         "subtitle": result.subtitle,
+        "lead": "",
         "headline": result.headline,
         "facts": _facts(result.facts),
         "notices": [*result.notices],

@@ -30,7 +30,7 @@ _MARKS = ("zero", "negligible", "translation", "rotation", "both", "drive")
 def element_details(findings: Findings) -> dict[str, dict[str, str]]:
     """Every element by its label: words, dominance over time, exact and kept equation.
 
-    "cell" is its cell of the matrix for screen readers.
+    "cell" is what its cell of the matrix says when pointed at, and to screen readers.
     """
     cells_by_label, rows = cells(findings), {row["element"]: row for row in element_rows(findings)}
     over_time = findings.tables["dominance_over_time"]
@@ -47,7 +47,7 @@ def element_details(findings: Findings) -> dict[str, dict[str, str]]:
         row, cell = rows[label], cells_by_label[label]
         share = f"{percent(cell.share)} of peak torque of joint {cell.joint}"
         out[label] = {
-            "cell": f"{label}, {cell.verdict}, {share}",
+            "cell": f"{label}, {cell.verdict}, {share}{', with its drive' if 'drives' in cell.parts else ''}",
             "name": subscripted(label),
             "words": _words(row, cell),
             "changes": changes_text(row),

@@ -44,8 +44,8 @@ def structure(findings: Findings) -> tuple[Drawing, ...]:
             "shares",
             "What makes each joint's torque.",
             replace(shares_figure(findings), legend=()),
-            f"T, R: D q̈ by translation and rotation{'; J: drives' if drives else ''}. "
-            "Shares of the sum of RMS.",
+            "T, R: D q̈ by translation and rotation; h likewise, paler"
+            f"{'; J: drives' if drives else ''}. Shares of the sum of RMS.",
         ),
     )
 

@@ -37,7 +37,6 @@ from gd_analyze.text import inertia_label, joined, percent
 
 # Most lines of equations in a terminal.
 _MOST_LINES = 25
-_CLASSES = {"inertia": "inertia", "coriolis_centrifugal": "velocity", "gravity_loading": "gravity"}
 _PARTS = "A superscript names the part of an element that is kept; an element without one is kept whole."
 _TERMS = (
     "Elements in joint velocities (J: drives, if any); those not listed are zero. SI units; three digits are "
@@ -124,17 +123,21 @@ def savings_appendix(findings: Findings) -> Section:
 
 def _steps(model: SimplifiedModel) -> Table:
     """Operations after each step of the search, and what they compute."""
-    searched, full = "torque", model.operations_full.total
+    searched, exact, final = "torque", model.operations_full, {"torque": model.operations}
     if model.level is TERM:
-        searched, full = "D, h and c", model.form.functions.operations.total
-    steps = [("exact model", searched, full)]
-    steps += [(step.name, searched, step.operations) for step in model.accuracy.steps]
-    steps.append(("final program", "torque", model.operations.total))
-    names, quantities, counts = zip(*steps, strict=True)
+        searched, exact = "D, h and c", model.form.functions.operations
+        final = {searched: model.functions.operations, **final}
+    rows: list[tuple[str, str, int, int | None]] = [
+        ("exact model", searched, exact.total, exact.sines_cosines),
+        *((step.name, searched, step.operations, None) for step in model.accuracy.steps),
+        *(("final program", name, count.total, count.sines_cosines) for name, count in final.items()),
+    ]
+    names, quantities, counts, angles = zip(*rows, strict=True)
     columns = (
         Column("step", names, shown="text"),
         Column("computes", quantities, shown="text"),
         Column("operations", counts, shown="count"),
+        Column("sines and cosines", angles, shown="count"),
     )
     return Table("steps", "Operations after each step of the search", columns)
 
@@ -149,8 +152,8 @@ def _tallies(model: SimplifiedModel) -> Table:
             Counter((t.i, t.j) for t in terms) for terms in (model.form.energies, model.terms)
         )
         cells = [
-            [_tally("inertia", energy_kept[i, j], energy_totals[i, j]) if i <= j else None for j in range(n)]
-            + [_tally("inertia", energy_kept[-1, -1], energy_totals[-1, -1]) if i == 0 else None]
+            [_tally(energy_kept[i, j], energy_totals[i, j]) if i <= j else None for j in range(n)]
+            + [_tally(energy_kept[-1, -1], energy_totals[-1, -1]) if i == 0 else None]
             for i in range(n)
         ]
         title = (
@@ -163,10 +166,7 @@ def _tallies(model: SimplifiedModel) -> Table:
     )
     places = [("inertia", j) for j in range(n)] + [("coriolis_centrifugal", -1), ("gravity_loading", -1)]
     cells = [
-        [
-            _tally(_CLASSES[quantity], torque_kept[i, quantity, j], torque_totals[i, quantity, j])
-            for quantity, j in places
-        ]
+        [_tally(torque_kept[i, quantity, j], torque_totals[i, quantity, j]) for quantity, j in places]
         for i in range(n)
     ]
     title = "Torque terms kept, of all, by joint (row): with each acceleration, in h, and in c"
@@ -178,8 +178,8 @@ def _place(term: TorqueTerm) -> tuple[int, str, int]:
     return term.row, term.quantity, term.velocities[0].joint if term.quantity == "inertia" else -1
 
 
-def _tally(kind: str, count: int, total: int) -> Mark:
-    return Mark(kind if count else "none", f"{count}/{total}") if total else Mark("none", "·")
+def _tally(count: int, total: int) -> Mark:
+    return Mark("some" if count else "none", f"{count}/{total}" if total else "·")
 
 
 def _matrix(
@@ -258,8 +258,13 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
         Column(f"by {source_names.get(name, name)}", values.tolist(), shown="percent")
         for name, values in errors
     )
-    counts = zip(table.quantity.values.tolist(), table.operations.values.T, strict=True)
-    operations = (Column(name, values.tolist(), shown="count") for name, values in counts)
+    columns = zip(
+        table.quantity.values.tolist(), table.operations.values.T, table.sines_cosines.values.T, strict=True
+    )
+    operations = (
+        Column(name, [f"{total}/{angles}" for total, angles in zip(*counts, strict=True)], shown="text")
+        for name, *counts in columns
+    )
     joints = declared_columns("by_verdicts", joint_values(findings.arm.joints), ["joint"])
     programs = [source_names.get(name, name) for name in table.program.values.tolist()]
     title = "Largest torque error over peak torque if only the dominant parts of D and h are kept"
@@ -271,7 +276,7 @@ def _by_verdicts(findings: Findings) -> tuple[Table, Table]:
         Table("verdict_errors", title, (*joints, *shares)),
         Table(
             "verdict_operations",
-            "Operations of D, h and c",
+            "Operations/sines and cosines of D, h and c",
             (Column("program", programs, shown="text"), *operations),
             note,
         ),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import asdict, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
+from gd_analyze.dynamics.dominance import elements
 from gd_analyze.formulas.languages import equation_part
 from gd_analyze.formulas.writing import part_symbol
 from gd_analyze.motions.trajectory import counted_motions
@@ -48,6 +49,9 @@ _LISTED = {
     "negligible": "Negligible",
     "zero": "Zero",
 }
+# Lists of what counts, and the mark of their elements that the model drops.
+_COUNTING = ("translation", "rotation", "both", "gravity")
+_MARK = "°"
 # Most elements of a list in a terminal; JSON has all.
 _MOST_LISTED = 12
 
@@ -168,24 +172,45 @@ def _other_budget(findings: Findings) -> str:
 
 def elements_by_verdict(findings: Findings) -> Section:
     """The elements of a run by verdict, and how many of the text's verdicts agree."""
-    section, agreement = verdict_section(findings.dominance), text_agreement(findings)
+    section = verdict_section(findings.dominance, _dropped_elements(findings))
+    agreement = text_agreement(findings)
     if not agreement:
         return section
     return replace(section, parts=(*section.parts, Fact("text", "Beside the text", agreement, shown="text")))
 
 
-def verdict_section(ranking: xr.Dataset) -> Section:
-    """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque."""
+def _dropped_elements(findings: Findings) -> set[str]:
+    """Elements that the simplified model leaves out."""
+    model = findings.model
+    if model.is_exact:
+        return set()
+    if model.has_terms:
+        kept = {f"{formula.left.letter}{formula.left.index}" for formula in model.equations.formulas}
+    else:
+        kept = {part.element.label for part in model.terms}
+    return {element.label for element in elements(findings.arm.n_joints)} - kept
+
+
+def verdict_section(ranking: xr.Dataset, dropped: Collection[str] = ()) -> Section:
+    """[FGL87]'s answer: elements listed by verdict, and joints where drives make most torque.
+
+    Those that count although a model has dropped them are marked for people.
+    """
     listed = verdict_lists(ranking)
     facts: list[AnyFact] = []
+    marks = {label: _MARK for name in _COUNTING for label in listed.labels(name) if label in dropped}
+    first_marked = next(iter(marks), None)
     for name, label in _LISTED.items():
         labels = listed.labels(name)
-        first_labels, unlisted = labels[:_MOST_LISTED], len(labels) - _MOST_LISTED
-        text = ", ".join(first_labels) + (f" and {unlisted} more" if unlisted > 0 else "")
+        labels_of_people = [label + marks.get(label, "") for label in labels]
+        unlisted = len(labels) - _MOST_LISTED
+        text = ", ".join(labels_of_people[:_MOST_LISTED]) + (f" and {unlisted} more" if unlisted > 0 else "")
         if name in ("translation", "rotation", "both"):
             text = text or "none that counts"
         note = "up to round-off" if name == "zero" else ""
-        symbols = [part_symbol(label) for label in labels]
+        if first_marked in labels:
+            note = f"{_MARK} not in the model"
+        symbols = [part_symbol(label) for label in labels_of_people]
         facts.append(Fact(name, label, labels, text=text, note=note, drawn=symbols).seen_if(bool(text)))
     alone = listed.labels("drive")
     text = "; ".join(filter(None, [_drives_text(listed.drives, int(ranking.i.max())), _alone_text(alone)]))

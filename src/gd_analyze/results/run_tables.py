@@ -126,19 +126,17 @@ def verdicts_table(model: SimplifiedModel, exact: ExactDynamics, threshold: floa
     form = exact.form
     names = VERDICT_SOURCES if text_verdicts(exact.arm.name) else VERDICT_SOURCES[:1]
     models = {name: model_by_verdicts(exact, name, threshold) for name in names}
-    apart = [program.count.total for program in model.functions_full]
+    functions = model.functions_full
     all_terms = ELEMENT.terms(form)
     counts = {
-        "exact": [*apart, sum(apart), model.operations_full.total],
-        "exact, by element": _by_element(form, all_terms, ELEMENT.write(form, all_terms, ROUGH).count.total),
-        **{
-            name: _by_element(form, by_name.terms, by_name.operations.total)
-            for name, by_name in models.items()
-        },
+        "exact": [*(program.count for program in functions), functions.operations, model.operations_full],
+        "exact, by element": _by_element(form, all_terms, ELEMENT.write(form, all_terms, ROUGH).count),
+        **{name: _by_element(form, by_name.terms, by_name.operations) for name, by_name in models.items()},
     }
     error_tables = [by_name.accuracy.errors for by_name in models.values()]
     values = {
-        "operations": np.array([*counts.values()]),
+        "operations": np.array([[count.total for count in row] for row in counts.values()]),
+        "sines_cosines": np.array([[count.sines_cosines for count in row] for row in counts.values()]),
         "largest_error": np.array([error_table.largest for error_table in error_tables]),
         "largest_share": np.array([error_table.largest_share for error_table in error_tables]),
     }
@@ -150,7 +148,7 @@ def verdicts_table(model: SimplifiedModel, exact: ExactDynamics, threshold: floa
     return table("by_verdicts", values, exact.arm.is_revolute, coords)
 
 
-def _by_element(form: ExactForm, terms: Terms, torque: int) -> list[int]:
+def _by_element(form: ExactForm, terms: Terms, torque: OperationCount) -> list[OperationCount]:
     return [*operations_by_quantity(form, terms).values(), torque]
 
 

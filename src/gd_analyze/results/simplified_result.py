@@ -112,7 +112,10 @@ def _model_parts(
         parts = parts_of(model.arm.n_joints)
         kept_labels = [part.label for part in parts if part in model.terms]
         dropped_labels = [part.label for part in parts if part not in model.terms]
-        counts = operations_by_quantity(model.form, model.terms), operations_by_quantity(model.form, parts)
+        counts = [
+            {name: count.total for name, count in operations_by_quantity(model.form, kept).items()}
+            for kept in (model.terms, parts)
+        ]
         values = {"program": ["model", "exact"], **values_of(counts)}
         seen = {f"operations_{name}": values[name] for name in counts[0]}
         title = "Operations of D, h and c by element"

@@ -18,7 +18,7 @@ from gd_analyze.dynamics.verdicts import least_changes, representing
 from gd_analyze.errors import UsageError
 from gd_analyze.formulas.formula import Formula
 from gd_analyze.formulas.writing import parts_formulas
-from gd_analyze.operations.program import Program
+from gd_analyze.operations.program import OperationCount, Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
@@ -239,10 +239,10 @@ def _of_text(form: ExactForm) -> Iterator[ElementPart]:
             yield part
 
 
-def operations_by_quantity(form: ExactForm, parts: Iterable[ElementPart]) -> dict[str, int]:
-    """Multiplications and additions of D, h and c by element from some parts: each alone, and together."""
+def operations_by_quantity(form: ExactForm, parts: Iterable[ElementPart]) -> dict[str, OperationCount]:
+    """Operations of D, h and c by element from some parts: each alone, and together."""
     traced = trace_parts(form.arm)
     inertia, h, c = traced.assembled(set(parts), form.drive_inertia)
     outputs = {"D": inertia[np.triu_indices(len(h))].tolist(), "h": h.tolist(), "c": c.tolist()}
     outputs["D, h and c"] = [value for values in outputs.values() for value in values]
-    return {name: Program.of(traced.trace, values).count.total for name, values in outputs.items()}
+    return {name: Program.of(traced.trace, values).count for name, values in outputs.items()}

@@ -44,6 +44,10 @@ function heights(path, at) {
   return found;
 }
 
+// The bar's height, which grows where its links take two lines.
+const bar = document.querySelector(".bar");
+new ResizeObserver(() => root.style.setProperty("--bar", `${bar.offsetHeight}px`)).observe(bar);
+
 const tip = document.body.appendChild(document.createElement("div"));
 tip.className = "tip";
 tip.hidden = true;

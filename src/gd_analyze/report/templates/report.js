@@ -187,10 +187,11 @@ if (data.budgets) {
     element("budget-proof").textContent = budgets.proof[at];
     for (const stop of stops) stop.setAttribute("aria-pressed", String(Number(stop.dataset.stop) === at));
     rows.forEach((row, k) => {
-      row.style.setProperty("--error", budgets.place[at][k]);
-      row.style.setProperty("--budget", budgets.limit[at][k]);
+      const used = budgets.used[at][k];
+      row.style.setProperty("--used", Math.min(used, 1));
+      row.querySelector(".fill").classList.toggle("over", used > 1);
       row.querySelector(".said").textContent = `${quantity(errors[k], budgets.unit[k])} of ${quantity(budgets.allowed[at][k], budgets.unit[k])}`;
-      row.querySelector(".value").textContent = percent(shares[k]);
+      row.querySelector(".value").textContent = percent(used);
     });
     document.body.classList.toggle("other-budget", at !== asked);
     element("budget-reset").disabled = at === asked;
