@@ -77,7 +77,7 @@ def joints_beside_log(findings: Findings) -> Table:
     )
 
 
-def within_log(findings: Findings) -> str:
+def as_good_within_log(findings: Findings) -> str:
     """How good a model within a log's budget is, with a space behind it; "" for any other."""
     model, log = findings.model, findings.model.accuracy.log
     if model.accuracy.asked.wholes != {"log"} or model.is_exact or log is None or log.growth is None:

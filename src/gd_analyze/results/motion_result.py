@@ -23,7 +23,7 @@ from gd_analyze.result import (
     values_of,
     values_of_parts,
 )
-from gd_analyze.results.beside_log import has_log, joints_beside_log, within_log
+from gd_analyze.results.beside_log import as_good_within_log, has_log, joints_beside_log
 from gd_analyze.results.diagnosis_result import diagnosis_facts, diagnosis_tables
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.rows import NEGLIGIBLE_VERDICTS, Row, rows_of, values_along
@@ -100,7 +100,7 @@ def agreement_sentence(findings: Findings) -> str:
     """The verdict on log and file, and on a model within the log's budget; "" of a plan."""
     if not has_log(findings):
         return ""
-    return f"{findings.tables['measured_torque'].attrs['opening']} {within_log(findings)}"
+    return f"{findings.tables['measured_torque'].attrs['opening']} {as_good_within_log(findings)}"
 
 
 def motion_rows(findings: Findings) -> list[Row]:
