@@ -60,7 +60,8 @@ def diagnose(
         diagnosis = gd.diagnose(arm, motions)
         result = diagnosis_result(diagnosis, provenance(command_line()))
         files.write(result, progress)
-        main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading()]
+        carried = log_options.words_typed("--payload")
+        main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading(), *carried]
         next_command = shlex.join(main_job)
         if word_of(diagnosis) != "agrees":
             next_command = log_options.command_that_mends(

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 import gd_analyze as gd
-from gd_analyze.cli.options import TRAJECTORY, Amount, F, together
+from gd_analyze.cli.options import TRAJECTORY, Amount, F, command_line, together
 
 _KEPT = "gd_analyze.log"
 _OF_READINGS = {"cutoff", "largest_gap"}
@@ -132,6 +132,17 @@ def words_of_reading() -> list[str]:
                 values = value if option.multiple else [value]
                 typed += [word for each in values for word in (option.opts[0], str(each))]
     return typed
+
+
+def words_typed(option: str) -> list[str]:
+    """An option of the command with its value, as typed; empty without it."""
+    typed = shlex.split(command_line())
+    for word, following in zip(typed, [*typed[1:], ""], strict=True):
+        if word == option:
+            return [word, following]
+        if word.startswith(f"{option}="):
+            return [word]
+    return []
 
 
 def command_that_mends(inputs: Sequence[str], typed: Sequence[str], *, identify: bool, remedy: str) -> str:

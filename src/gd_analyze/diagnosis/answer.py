@@ -193,7 +193,8 @@ def _left(diagnosis: Diagnosis, joints: Sequence[int]) -> str:
 def _of_causes(diagnosis: Diagnosis) -> str:
     """What remains with the causes mended, and how they are."""
     after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
-    text = f"Mended, {after} of the torque's RMS remains instead of {before}. {diagnosis.remedy.advice}"
+    left = f"With this corrected, {after} of the torque (RMS) is left instead of {before}."
+    text = f"{left} {diagnosis.remedy.advice}"
     unsure = [cause.unsure for cause in diagnosis.causes if cause.unsure]
     return text + "".join(f" Another cause would fit equally well: {other}." for other in unsure)
 

@@ -127,7 +127,7 @@ def _against_log(subject: ExportInput, foreign: Callable[[str], str]) -> Iterato
     yield "measured torque less that of the model and of friction fitted to their difference."
     if log.growth is not None and np.isfinite(log.growth).any():
         largest = max(float(np.nanmax(log.growth)), 0.0)
-        yield f"On readings not fitted at most {percent(largest)} more is left than by the exact model."
+        yield f"On held-out readings this is at most {percent(largest)} larger than for the exact model."
     headings = ["joint", "RMS", "95 % below", "RMS of the exact model", "Coulomb", "viscous", "offset"]
     columns = (log.rms, log.below_95, log.rms_exact, log.coulomb, log.viscous, log.offset)
     rows = [["-" if math.isnan(x) else number(x) for x in row] for row in np.transpose(columns).tolist()]

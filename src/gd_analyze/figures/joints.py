@@ -327,13 +327,14 @@ def followed_figure(run: Run, joints: Sequence[int]) -> Figure:
             over_time(time, modelled, gaps, colour="accent", width=1.0, label="file and friction"),
         )
         y = value_axis(joint.effort_unit, measured, modelled)
-        panels.append(Panel(f"followed{i + 1}", short_joint_label(run.arm.joints, i, 300.0), x, y, items))
+        title = short_joint_label(run.arm.joints, i, 300.0)
+        panels.append(Panel(f"followed{i + 1}", title, x, y, items, text=8.0))
     legend = (
         LegendKey("measured", "combined"),
         LegendKey("torque of the file, and fitted friction where the joint moves", "accent"),
         LegendKey("not explained", "area-left", "area"),
     )
-    return in_columns("Measured torque beside that of file and friction", panels, 1, 92.0, legend)
+    return in_columns("Measured torque beside that of file and friction", panels, 1, 104.0, legend)
 
 
 def measured_joints(run: Run) -> list[int]:

@@ -229,7 +229,7 @@ def _signs(signs: str | Iterable[float], name: str) -> tuple[float, ...]:
     if any(value not in (1.0, -1.0) for value in values):
         expected = "1 or -1 per joint, with commas, or one for all"
         step = f"{argument(name, '-1')} reverses all joints, {argument(name, '1,-1,1')} the second of three"
-        raise _unusable("these are not signs", name, expected, in_python(signs), step)
+        raise _unusable("a sign is 1 or -1", name, expected, in_python(signs), step)
     return tuple(float(value) for value in values)
 
 
@@ -247,7 +247,7 @@ def _offset(joint: str, value: object) -> tuple[str, Quantity]:
         expected = "a joint's number or name and a value in rad or m, or with a unit: 3=90deg, slide=20mm"
         word = in_python(f"{joint}={value}" if joint else value)
         step = "`offset=['3=90deg']` adds 90 degrees to the positions of joint 3"
-        raise _unusable("no joint with an offset", "offset", expected, word, step)
+        raise _unusable("an offset needs a joint and a value", "offset", expected, word, step)
     return joint, quantity
 
 
@@ -270,7 +270,7 @@ def _lag(lag: str | float) -> float:
     if quantity is None or quantity.kind != "time" or not abs(quantity.si) <= LONGEST_LAG_SECONDS:
         expected = f"up to {LONGEST_LAG_SECONDS:g} s, with the unit: 4ms, -0.01s"
         step = "`lag='4ms'` if torques are 4 ms late, `lag='-4ms'` if they are early"
-        raise _unusable("this is no lag", "lag", expected, in_python(lag), step)
+        raise _unusable("a lag needs a time with its unit", "lag", expected, in_python(lag), step)
     return quantity.si
 
 
@@ -304,7 +304,9 @@ def _coupling(word: str, arm: RobotArm) -> FloatArray:
     step = f"{argument('couple', f'q{n}=q{n}-q{n - 1}')} if joint {n} is logged with joint {n - 1}"
     if n == 1:
         step = "omit it: the arm has one joint"
-    raise _unusable("this does not couple joints", "couple", expected, in_python(word), step)
+    raise _unusable(
+        "a coupled joint is a sum that contains the joint itself", "couple", expected, in_python(word), step
+    )
 
 
 def _unusable(message: str, name: str, expected: str, found: str | None, next_step: str) -> UsageError:

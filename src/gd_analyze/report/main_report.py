@@ -210,7 +210,9 @@ def _further_warnings(findings: Findings) -> list[str]:
 
 
 def _validity(findings: Findings) -> str:
-    """What the answer holds for: motion, margins and budget."""
+    """What the answer holds for: motion, margins and budget; "" where there is no model."""
+    if findings.is_unreadable:
+        return ""
     budget = budget_words(findings.model.accuracy.budget)
     along = "these motions" if findings.trajectory.motions else "this motion"
     return f"Valid within {margins(findings)} of {along}. Torque error allowed: {budget}."

@@ -16,6 +16,9 @@ from gd_analyze.text import amount, named_joints, percent, thousands
 # Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
 # for one of which the log says nothing.
 FITS, LINKS_OFF, CONTRADICTED, NOT_COMPARED = "fits", "links off", "contradicted", "not compared"
+# A joint that fits by itself, of a file that the log contradicts as a whole.
+IN_DOUBT = "in doubt"
+_NOTE = "Residual: measured torque less that of the file as it is and of fitted friction."
 _ON_TERMINAL = [
     "joint", "peak_measured", "rms_beside_friction", "below_95", "share_left", "bound", "allowed", "said",
 ]  # fmt: skip
@@ -37,11 +40,14 @@ def joint_verdicts(findings: Findings) -> list[str]:
     table, log = findings.tables.get("diagnosis"), findings.model.accuracy.log
     if table is None or log is None:
         return [NOT_COMPARED] * findings.arm.n_joints
-    words = []
-    for joint, residual in enumerate(table.remains_as_filed.values.tolist(), start=1):
-        word = FITS if residual <= MOST_RESIDUAL_SHARE else LINKS_OFF
-        word = CONTRADICTED if joint in log.contradicted else word
-        words.append(NOT_COMPARED if np.isnan(residual) else word)
+    words, residuals = [], zip(table.remains_as_filed.values, table.remains_before.values, strict=True)
+    for joint, (as_filed, fitted) in enumerate(residuals, start=1):
+        if np.isnan(as_filed):
+            words.append(NOT_COMPARED)
+        elif joint in log.contradicted:
+            words.append(CONTRADICTED if fitted > MOST_RESIDUAL_SHARE else IN_DOUBT)
+        else:
+            words.append(FITS if as_filed <= MOST_RESIDUAL_SHARE else LINKS_OFF)
     return words
 
 
@@ -71,6 +77,7 @@ def joints_beside_log(findings: Findings) -> Table:
         f"Torque by joint, {thousands(table.attrs['compared'])} readings compared",
         values,
         _ON_TERMINAL,
+        note=_NOTE,
         seen=seen,
         words={"bound": proof},
         drawn={"said": [Mark(word.replace(" ", "-"), word) for word in values["said"]]},
@@ -85,10 +92,10 @@ def as_good_within_log(findings: Findings) -> str:
     terms, of_terms = model.size
     text = f"Within what this log can tell, {terms} terms are as good as all {thousands(of_terms)}: "
     if not (log.growth > 0.0).any():
-        return f"{text}on readings that were not fitted, no more is left than by the exact torque. "
+        return f"{text}on held-out readings the residual is no larger than the exact model's. "
     joint = int(np.nanargmax(log.growth))
     growth = percent(float(log.growth[joint]))
-    return f"{text}on readings that were not fitted, at most {growth} more is left (joint {joint + 1}). "
+    return f"{text}on held-out readings the residual is at most {growth} larger (joint {joint + 1}). "
 
 
 def left_in_words(findings: Findings) -> str:

@@ -140,8 +140,8 @@ def diagnosis_facts(tabulated: xr.Dataset) -> tuple[Fact | Value, ...]:
         Fact("remedy", "Remedy", remedy, shown="text"),
         Fact("remains_before", "Torque that remains, as logged", before, "of RMS", "percent"),
         Fact("remains_after", "Torque that remains, mended", after, "of RMS", "percent").seen_if(has_cause),
-        Fact("masses_off", "File's torque off by", off, "", "percent"),
-        Fact("tells", "Log tells more than friction", bool(tabulated.attrs["tells"]), shown="flag"),
+        Fact("masses_off", "Links' torque changed by the fit", off, "", "percent"),
+        Fact("tells", "Log tells of more than friction", bool(tabulated.attrs["tells"]), shown="flag"),
         Value("logs", str(tabulated.attrs["logs"]).split("\n")),
     )
 
@@ -166,8 +166,8 @@ def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Part, ...]:
 def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
     before, after, follows = (tabulated[name].values for name in _REMAINS)
     note = (
-        "Residual of samples not fitted over the RMS of the joint's torque; –: rests, or has no torque. "
-        "Links off by no more than a file's usually are, drive inertia and friction are fitted."
+        "Held-out residual as a share of the joint's measured RMS; –: at rest, or no torque. Fitted: friction, "
+        "drive inertia, and links within the usual error of a file."
     )
     return declared_table(
         "diagnosis",
@@ -191,9 +191,9 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
         return
     keys = ("name", "what", "remains", "residuals", "numbers", "fall", "remedy", "unsure")
     note = (
-        f"A fall of more than {tabulated.attrs['margin']:g}, and of {tabulated.attrs['misfit']:.0%} of what "
-        "then remains unexplained, makes a cause if what remains falls clearly, too. Costs of fitted numbers "
-        "are included."
+        f"A cause is named if the score falls by more than {tabulated.attrs['margin']:g} and by "
+        f"{tabulated.attrs['misfit']:.0%} of what then stays unexplained, and the residual falls clearly, too. "
+        "The score counts every fitted number against a cause."
     )
     yield _of_diagnosis(
         "tried",
@@ -260,7 +260,7 @@ def where_drawing(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -
         "where",
         f"{subject}, {looks}.",
         where_figure(tabulated, arm, joints),
-        "A cause shows where what remains follows one of the four.",
+        "Look for a trend: the residual against position, velocity, acceleration and time.",
     )
 
 

@@ -82,8 +82,8 @@ class Findings(Run):
         budget = self.model.accuracy.budget
         if self.is_contradicted:
             return (
-                "No model is offered of a file that the log contradicts; "
-                f"`--budget {budget}` searches one all the same."
+                "No simplified model, as the log contradicts the file "
+                f"(`--budget {budget}` searches one all the same)."
             )
         own, asked = self.tables["stops"].isel(stop=0), self.model.accuracy.asked
         if "log" in asked.wholes:

@@ -20,6 +20,8 @@ from gd_analyze.text import percent
 
 # Gamma of an exact D: round-off times the condition number of D, up to 1e5.
 _NO_GAMMA = 1e-9
+# Gamma above which a mass matrix is not called close to the exact one.
+_COARSE_GAMMA = 0.3
 
 
 class WorstError(NamedTuple):
@@ -157,6 +159,8 @@ def gamma_size(gamma: float | None) -> str:
 def _gamma_text(gamma: float) -> str:
     if gamma >= 1.0:
         return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
+    if gamma > _COARSE_GAMMA:
+        return f"up to {gamma_size(gamma)} off the exact one, but positive definite: feedback stays stable"
     return f"within {gamma_size(gamma)} of the exact one: safe for feedback"
 
 

@@ -311,8 +311,8 @@ def recording_notices(findings: Findings) -> list[str]:
     beyond = [row["joint"] for row in rows if row["of_allowed"] > 1.0]
     if beyond:
         texts.append(
-            "Noise left in the accelerations exceeds the allowed torque error at "
-            f"{named_joints(beyond, len(rows))}: models for this budget follow the noise, too. A lower "
+            "Noise left in the accelerations makes more torque than the allowed error at "
+            f"{named_joints(beyond, len(rows))}: a model this tight partly fits noise. A lower "
             "--cutoff leaves less noise."
         )
     return texts

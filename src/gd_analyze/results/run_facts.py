@@ -80,7 +80,7 @@ def _stop_words(row: Row, proof: str) -> str:
             is_long = beyond > READABLE
             return f"{beyond} terms exceed it alone: too many to read" if is_long else "too many terms matter"
         why = "the log contradicts the file" if row["unsearched"] == "log" else "the time is over"
-        return f"{beyond} terms exceed it alone: not searched, as {why}"
+        return f"not searched, as {why}; {beyond} terms alone exceed it"
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = (
@@ -154,7 +154,7 @@ def _unreadable_headline(findings: Findings) -> str:
     readable = next((row["budget"] for row in stops if 0 <= row["terms"] <= READABLE), "")
     wider = f" `--budget {shlex.quote(readable)}` has a readable model." if readable else ""
     return (
-        f"{findings.substitute_reason} Instead: the dominant elements, and the exact torque in "
+        f"{findings.substitute_reason} Shown instead: the dominant elements, and the exact torque in "
         f"{model.operations_full.in_words}.{wider}"
     )
 

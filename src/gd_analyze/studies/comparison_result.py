@@ -43,10 +43,9 @@ def compared_result(
     elif shares[worst] < _OF_DIGITS:
         headline = "Torques agree within 0.01 % of each joint's peak."
     else:
-        difference = (
-            f"{amount(comparison.largest[worst], joint.effort_unit)}, {percent(shares[worst])} of peak"
-        )
-        headline = f"Torques differ by up to {difference}, {place}. {_makers(comparison, steps)}".rstrip()
+        size = amount(comparison.largest[worst], joint.effort_unit)
+        difference = f"{percent(shares[worst])} of a joint's peak, {size} {place}"
+        headline = f"Torques differ by up to {difference}. {_makers(comparison, steps)}".rstrip()
     base = comparison.base if comparison.is_in_order else None
     return Result(
         title=" and ".join(_short(names, names)),
@@ -124,8 +123,8 @@ def _parts_table(comparison: Comparison, steps: list[Step]) -> Table:
         "left_share": [comparison.shares(step.left).max() for step in steps],
     }
     note = (
-        "Part after part is taken over from the second file, each time the one that leaves least. Alone: the "
-        "change of torque by this part alone; left: the largest difference after it and those above."
+        "Parts are copied from the second file to the first one by one, the one that helps most first. Alone: "
+        "effect of this part only; left: the largest difference once it and those above are copied."
     )
     names = ["part", "difference_in", "alone", "alone_joint", "alone_share", "left_share"]
     left = values["left_share"]

@@ -108,7 +108,7 @@ def identification_result(
         identification.stated_arm,
         [parameter for parameter in identification.parameters if parameter.identifiable],
     )
-    held_out = f"held out: {', '.join(identification.held_out) or 'the last third of each'}"
+    held_out = f"held out: {', '.join(identification.held_out) or 'the last third of each log'}"
     loaded = f", with a payload {', '.join(identification.loaded)}" if identification.loaded else ""
     facts: list[AnyFact] = [
         Shown("Base parameters identifiable", f"{len(identifiable)} of {len(identification.parameters)}"),
