@@ -166,8 +166,8 @@ def diagnosis_tables(tabulated: xr.Dataset, arm: RobotArm) -> tuple[Part, ...]:
 def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
     before, after, follows = (tabulated[name].values for name in _REMAINS)
     note = (
-        "Held-out residual as a share of the joint's measured RMS; –: at rest, or no torque. Fitted: friction, "
-        "drive inertia, and links within the usual error of a file."
+        "Held-out residual as a share of the joint's measured RMS; –: at rest, or no torque. Fitted: "
+        "friction, drive inertia, and links within the usual error of a file."
     )
     return declared_table(
         "diagnosis",
@@ -192,8 +192,8 @@ def causes_table(tabulated: xr.Dataset) -> Iterator[Table]:
     keys = ("name", "what", "remains", "residuals", "numbers", "fall", "remedy", "unsure")
     note = (
         f"A cause is named if the score falls by more than {tabulated.attrs['margin']:g} and by "
-        f"{tabulated.attrs['misfit']:.0%} of what then stays unexplained, and the residual falls clearly, too. "
-        "The score counts every fitted number against a cause."
+        f"{tabulated.attrs['misfit']:.0%} of what then stays unexplained, and the residual falls clearly, "
+        "too. The score counts every fitted number against a cause."
     )
     yield _of_diagnosis(
         "tried",

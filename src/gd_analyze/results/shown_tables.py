@@ -114,8 +114,8 @@ def text_agreement(findings: Findings) -> str:
         f"{text['others'][effect]} {words}" for effect, words in _OTHERWISE.items() if text["others"][effect]
     ]
     return (
-        f"{text['agreed']} of {text['given']} verdicts of [FGL87] agree; the others are {enumerated(counts)} here. "
-        "The text states neither its trajectory nor its masses."
+        f"{text['agreed']} of {text['given']} verdicts of [FGL87] agree; the others are "
+        f"{enumerated(counts)} here. The text states neither its trajectory nor its masses."
     )
 
 

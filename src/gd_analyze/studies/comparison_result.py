@@ -123,8 +123,8 @@ def _parts_table(comparison: Comparison, steps: list[Step]) -> Table:
         "left_share": [comparison.shares(step.left).max() for step in steps],
     }
     note = (
-        "Parts are copied from the second file to the first one by one, the one that helps most first. Alone: "
-        "effect of this part only; left: the largest difference once it and those above are copied."
+        "Parts are copied from the second file to the first one by one, the one that helps most first. "
+        "Alone: effect of this part only; left: the largest difference once it and those above are copied."
     )
     names = ["part", "difference_in", "alone", "alone_joint", "alone_share", "left_share"]
     left = values["left_share"]
