@@ -332,15 +332,15 @@ def claims() -> list[Claim]:
         Claim(README, "and keep {} of {} terms", MAIN_JOB, lambda: main_job().model.size),
         Claim(
             README,
-            "{} % is left at joint {} (RMS)",
+            "the residual at joint {} is {} % (RMS)",
             "python analysis/identified_robots.py",
-            lambda: real_robot()[:2],
+            lambda: real_robot()[1::-1],
         ),
         Claim(
             README,
-            "the file alone leaves {} of {} N m",
+            "with the file alone it is {} %, {} of {} N m",
             "python analysis/identified_robots.py",
-            lambda: real_robot()[2:],
+            lambda: (f"{100 * float(real_robot()[2]) / float(real_robot()[3]):.0f}", *real_robot()[2:]),
         ),
         Claim(
             README,

@@ -220,7 +220,7 @@ def test_margins_are_read_and_written(text, margin):
     [("", 1), ("1", 1), ("-1deg", 1), ("nan deg", 1), ("1deg,,1mm", 2), ("qd=1deg", 1), ("1m,1mm", 2)],
 )
 def test_wrong_margins_are_refused(text, entry):
-    with pytest.raises(UsageError, match=f"--margin, entry {entry}"):
+    with pytest.raises(UsageError, match=f"margin, entry {entry}"):
         gd.types.Margin.parse(text)
 
 

@@ -218,7 +218,8 @@ def test_the_next_command_mends_what_the_log_contradicts(run, here):
     mended = run("", *shlex.split(last.removeprefix("next: gd-analyze ")))
     assert mended.code == 0, mended.err
     assert "The file describes this robot" in " ".join(mended.out.split())
-    assert "next:" not in mended.out
+    *_, last = mended.out.splitlines()
+    assert last == "next: gd-analyze export two_link --to c"
 
 
 def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_for(two_link, swing):
@@ -229,12 +230,12 @@ def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_fo
     assert found.is_contradicted
     assert found.model.is_exact
     headline = main_result(found, JSON).values()["headline"]
-    assert headline.startswith("The file does not fit this log: all torques are reversed. No model is ")
+    assert headline.startswith("The file does not fit this log: all torques are reversed. No simplified ")
     assert "`--budget 1%` searches one" in headline
     assert not asked.is_contradicted
     assert asked.model.saves
     page = page_of(main_report(found))
-    assert "No model is offered" in page
+    assert "No simplified model, as the log contradicts the file" in page
     assert pdf_of(main_report(found)).startswith(b"%PDF-")
 
 

@@ -203,11 +203,12 @@ def test_the_main_job_diagnoses_its_log(robot, good, two_link, tmp_path):
     assert again.cause_remedy.values[0] == "--torque-sign -1"
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "figure-where" in page
-    # It stands before the answer: whatever else the page says is about another robot.
+    # It stands first: whatever else the page says is about another robot.
+    lead = page.index('<p class="headline">')
+    assert "does not fit" in page[lead : page.index("</p>", lead)]
     notices = page.index('<ul class="notices">')
-    first = re.sub(r"<[^>]*>", "", page[notices : page.index("</li>", notices)])
-    assert "does not fit" in first
-    assert "--torque-sign -1" in first
+    assert lead < notices
+    assert "--torque-sign -1" in re.sub(r"<[^>]*>", "", page[notices : page.index("</li>", notices)])
     as_filed = log_of(time, q, gd.types.ArmDynamics(two_link).torque(*robot.states.arrays, drives=False))
     agreeing = gd.analyze(two_link, as_filed, level="element")
     assert agreeing.tables["measured_torque"].attrs["verdict"] == "agrees"

@@ -137,9 +137,9 @@ def words_of_reading() -> list[str]:
 def words_typed(option: str) -> list[str]:
     """An option of the command with its value, as typed; empty without it."""
     typed = shlex.split(command_line())
-    for word, following in zip(typed, [*typed[1:], ""], strict=True):
+    for place, word in enumerate(typed):
         if word == option:
-            return [word, following]
+            return typed[place : place + 2]
         if word.startswith(f"{option}="):
             return [word]
     return []
