@@ -340,7 +340,10 @@ def claims() -> list[Claim]:
             README,
             "with the file alone it is {} %, {} of {} N m",
             "python analysis/identified_robots.py",
-            lambda: (f"{100 * float(real_robot()[2]) / float(real_robot()[3]):.0f}", *real_robot()[2:]),
+            lambda: (
+                f"{100 * float(str(real_robot()[2])) / float(str(real_robot()[3])):.0f}",
+                *real_robot()[2:],
+            ),
         ),
         Claim(
             README,

@@ -63,11 +63,12 @@ def diagnose(
         carried = log_options.words_typed("--payload")
         main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading(), *carried]
         next_command = shlex.join(main_job)
-        if word_of(diagnosis) != "agrees":
+        identify = is_for_identification(diagnosis)
+        if word_of(diagnosis) != "agrees" or identify:
             next_command = log_options.command_that_mends(
                 [*robot.words, *logs],
                 main_job,
-                identify=is_for_identification(diagnosis),
+                identify=identify,
                 remedy=diagnosis.remedy.options if diagnosis.remedy.is_all_typed else "",
             )
     # Standard input cannot be read again.

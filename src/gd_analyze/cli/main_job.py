@@ -111,14 +111,16 @@ def _next_command(
     """What to type beside a log: what mends the file, or fits its links to the log, or else an export."""
     if "diagnosis" not in findings.tables or "-" in trajectories:
         return ""
-    if findings.tables["measured_torque"].attrs["verdict"] == "agrees":
-        if findings.model.saves and model is not None:
-            return shlex.join(["gd-analyze", "export", str(model), "--to", "c"])
-        return shlex.join(["gd-analyze", "export", *robot.words, "--to", "c"])
-    stated = findings.tables["diagnosis"].attrs
+    stated, typed = findings.tables["diagnosis"].attrs, shlex.split(command_line())
+    if findings.tables["measured_torque"].attrs["verdict"] == "agrees" and not stated["identify"]:
+        source = robot.words if model is None else [str(model)]
+        return shlex.join(["gd-analyze", "export", *source, "--to", "c"])
+    # A folder that is named holds this run when the command is typed.
+    is_named = any(word.partition("=")[0] == "--out" for word in typed)
+    again = ["--overwrite"] if is_named and "--overwrite" not in typed else []
     return command_that_mends(
         [*robot.words, *trajectories],
-        shlex.split(command_line()),
+        [*typed, *again],
         identify=bool(stated["identify"]),
         remedy=str(stated["options"]),
     )

@@ -66,10 +66,12 @@ def word_of(diagnosis: Diagnosis) -> Word:
         return "does not agree"
     if diagnosis.causes:
         is_friction = all(cause.name == FrictionOfLogs.name for cause in diagnosis.causes)
-        is_clear = is_unexplained(diagnosis.before) and not is_friction
+        is_clear = _is_misfit(diagnosis) and not is_friction
         return "does not agree" if is_clear else "agrees in part"
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
     is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    # Drives that a file states are part of what it says.
+    is_in_part |= bool(diagnosis.arm.drives) and float(np.nanmax(diagnosis.as_filed)) > MOST_REMAINDER
     return "agrees in part" if is_in_part else "agrees"
 
 
@@ -112,8 +114,9 @@ def opening(diagnosis: Diagnosis) -> str:
         things = f": {what}." if not further else f" for two reasons: {what}, and {further[0]}."
         if any(cause.name in DIFFERENCES for cause in diagnosis.causes):
             return f"The logs do not agree with each other{things}"
-        fits = "does not fit this log" if is_unexplained(diagnosis.before) else "nearly fits this log"
-        return f"The file {fits}{things}"
+        if diagnosis.made_worse:
+            things = things.replace(": ", ": its links are off, or ", 1)
+        return f"The file {'does not fit' if _is_misfit(diagnosis) else 'nearly fits'} this log{things}"
     if diagnosis.apart:
         return "The logs do not agree with each other."
     if not compared:
@@ -133,11 +136,20 @@ def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
 
     Where they do not agree and no joint stands out, these are all that are compared.
     """
+    useless = {fault.joint + 1 for fault in diagnosis.faults if fault.is_of_column}
+    if useless:
+        return tuple(sorted(useless))
     residuals, moving = diagnosis.before.residuals, diagnosis.problem.moving
     joints = tuple(i + 1 for i in moving if residuals[i] > MOST_RESIDUAL_SHARE)
     if joints or word_of(diagnosis) != "does not agree":
         return joints
     return tuple(i + 1 for i in moving)
+
+
+def _is_misfit(diagnosis: Diagnosis) -> bool:
+    """Whether file and log differ by more than a file's usual error, or most of a joint's torque is left."""
+    most = float(np.nanmax(diagnosis.as_filed, initial=0.0))
+    return is_unexplained(diagnosis.before) or most > MOST_REMAINDER
 
 
 def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
@@ -157,10 +169,13 @@ def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
 
 def is_for_identification(diagnosis: Diagnosis) -> bool:
     """Whether links fitted to the log, which they were not before, may explain what no cause does."""
+    if any(text.startswith(IDENTIFIED) for text in diagnosis.arm.sources):
+        return False
+    if diagnosis.causes:
+        return bool(diagnosis.made_worse)
     is_off = diagnosis.is_far_off or diagnosis.after.off >= _RIGHT_TORQUE_SHARE
-    is_identified = any(text.startswith(IDENTIFIED) for text in diagnosis.arm.sources)
     is_poor = diagnosis.is_far_off or bool(_poor(diagnosis))
-    return not diagnosis.causes and is_poor and is_off and not is_identified
+    return bool(diagnosis.needing_a_fit) or (is_poor and is_off)
 
 
 def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
@@ -174,6 +189,12 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
     is_of_all = not any(fault.is_of_column for fault in diagnosis.faults)
     subject = "describes this robot" if is_of_all else f"fits {named_joints([i + 1 for i in compared], n)}"
     text = f"The file {subject}: with {enumerated(fitted)} fitted, {_left(diagnosis, compared)}."
+    if diagnosis.needing_a_fit:
+        joints = named_joints(diagnosis.needing_a_fit, n)
+        text += f" As it is, up to {percent(float(np.nanmax(diagnosis.as_filed)))} is left at {joints}."
+    not_compared = [i + 1 for i in range(n) if i not in compared]
+    if not_compared:
+        text += f" Of {named_joints(not_compared, n)} the log says nothing."
     best = diagnosis.ranking[0] if diagnosis.ranking else None
     if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
         text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
@@ -195,6 +216,9 @@ def _of_causes(diagnosis: Diagnosis) -> str:
     after, before = (_share_of_torque(fit.remains) for fit in (diagnosis.after, diagnosis.before))
     left = f"With this corrected, {after} of the torque (RMS) is left instead of {before}."
     text = f"{left} {diagnosis.remedy.advice}"
+    if diagnosis.made_worse:
+        joints = named_joints(diagnosis.made_worse, diagnosis.arm.n_joints)
+        text = f"{left} But of the file as it is, more is then left at {joints}: fit the links instead."
     unsure = [cause.unsure for cause in diagnosis.causes if cause.unsure]
     return text + "".join(f" Another cause would fit equally well: {other}." for other in unsure)
 

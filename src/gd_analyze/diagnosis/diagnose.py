@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, reduce
 from pathlib import Path
 
+import numpy as np
+
 from gd_analyze.arguments import strict
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.causes import CLEAR_FALL, claimed, is_unexplained, ranked, rivals_of
+from gd_analyze.diagnosis.as_filed import residuals_as_filed
+from gd_analyze.diagnosis.causes import (
+    CLEAR_FALL,
+    MOST_RESIDUAL_SHARE,
+    claimed,
+    is_unexplained,
+    ranked,
+    rivals_of,
+)
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
@@ -29,8 +39,8 @@ from gd_analyze.threads import one_thread
 
 # Logs that no common answer explains are diagnosed one by one, up to this number: each takes a second.
 _MOST_DIAGNOSED_ALONE = 8
-# Share of a file's usual error that leaves links as they are, up to round-off.
-_NO_FREEDOM = 1e-3
+# Share of the torque by which what is left may rise at a joint, beside a file as it is.
+_WORSE_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +100,21 @@ class Diagnosis:
 
     @cached_property
     def as_filed(self) -> FloatArray:
-        """Residuals by joint with the links as the file has them, as shares of torque, (n,)."""
-        return self.problem.fit(replace(self.problem.correction, freedom=_NO_FREEDOM)).residuals
+        """Residuals by joint of the file as it is, with friction, as shares of torque, (n,)."""
+        return residuals_as_filed(self.problem)
+
+    @cached_property
+    def needing_a_fit(self) -> tuple[int, ...]:
+        """Joints, from 1, of which the file as it is leaves more than a file's usual error does."""
+        return tuple((1 + np.flatnonzero(self.as_filed > MOST_RESIDUAL_SHARE)).tolist())
+
+    @cached_property
+    def made_worse(self) -> tuple[int, ...]:
+        """Joints, from 1, of which the file as it is leaves clearly more with the causes than without."""
+        if not self.causes:
+            return ()
+        is_worse = residuals_as_filed(self.corrected) > self.as_filed + _WORSE_SHARE
+        return tuple((1 + np.flatnonzero(is_worse)).tolist())
 
     @property
     def cause(self) -> Candidate | None:

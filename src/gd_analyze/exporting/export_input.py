@@ -245,8 +245,8 @@ def _torque_functions(torque: Program, n: int, functions: Functions) -> tuple[Fu
 
 
 def arm_with_friction(arm: RobotArm, log: AgainstLog | None) -> RobotArm:
-    """The arm with the friction it states or, if it states none, with that fitted to a model's log."""
-    if has_friction(arm) or log is None:
+    """The arm with the friction it states or, if it states none, with that fitted to a log that it fits."""
+    if has_friction(arm) or log is None or log.contradicted:
         return arm
     return with_friction(arm, np.column_stack([getattr(log, name) for name in FRICTION_TERMS]))
 

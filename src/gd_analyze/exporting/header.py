@@ -124,7 +124,9 @@ def _against_log(subject: ExportInput, foreign: Callable[[str], str]) -> Iterato
         return
     yield f"Against the log {foreign(log.name)}, {log.readings} readings,"
     yield f"  SHA-256 {log.fingerprint}:"
-    yield "measured torque less that of the model and of friction fitted to their difference."
+    if log.read_with:
+        yield f"read with {foreign(log.read_with)}: q and tau are those after it."
+    yield "Measured torque, filtered like the motion, less that of the model and of fitted friction, N m (N):"
     if log.growth is not None and np.isfinite(log.growth).any():
         largest = max(float(np.nanmax(log.growth)), 0.0)
         yield f"On held-out readings this is at most {percent(largest)} larger than for the exact model."

@@ -66,7 +66,6 @@ def errors_without_log(findings: Findings) -> Iterator[Table]:
 Maker = Callable[..., Part | Iterable[Part] | None]
 # What a terminal shows.
 TERMINAL: tuple[Maker, ...] = (
-    beside_log.next_step,
     motion_result.measured_section,
     run_facts.elements_by_verdict,
     model_sections.equations_by_element,

@@ -6,7 +6,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE
-from gd_analyze.result import AnyFact, Mark, Shown, Table, joint_values
+from gd_analyze.result import Mark, Table, joint_values
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.schema import declared_table
@@ -15,7 +15,7 @@ from gd_analyze.text import amount, named_joints, percent, thousands
 
 # Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
 # for one of which the log says nothing.
-FITS, LINKS_OFF, CONTRADICTED, NOT_COMPARED = "fits", "links off", "contradicted", "not compared"
+FITS, NEEDS_FITTING, CONTRADICTED, NOT_COMPARED = "fits", "needs fitting", "contradicted", "not compared"
 # A joint that fits by itself, of a file that the log contradicts as a whole.
 IN_DOUBT = "in doubt"
 _NOTE = "Residual: measured torque less that of the file as it is and of fitted friction."
@@ -27,12 +27,6 @@ _ON_TERMINAL = [
 def has_log(findings: Findings) -> bool:
     """Whether torques were measured along the motion."""
     return "measured_torque" in findings.tables
-
-
-def next_step(findings: Findings) -> tuple[AnyFact, ...]:
-    """What to type next, if it is known."""
-    command = findings.provenance.get("next", "")
-    return (Shown("Next", command),) if command else ()
 
 
 def joint_verdicts(findings: Findings) -> list[str]:
@@ -47,7 +41,7 @@ def joint_verdicts(findings: Findings) -> list[str]:
         elif joint in log.contradicted:
             words.append(CONTRADICTED if fitted > MOST_RESIDUAL_SHARE else IN_DOUBT)
         else:
-            words.append(FITS if as_filed <= MOST_RESIDUAL_SHARE else LINKS_OFF)
+            words.append(FITS if as_filed <= MOST_RESIDUAL_SHARE else NEEDS_FITTING)
     return words
 
 

@@ -247,7 +247,8 @@ class AgainstLog:
     __pydantic_config__: ClassVar[ConfigDict] = _AS_WRITTEN
 
     name: str
-    fingerprint: str
+    fingerprint: str  # of motion and torques
+    read_with: str  # options that correct the log's numbers; "" for none
     readings: int
     rms_exact: ByJoint  # RMS of the exact model's differences
     rms: ByJoint  # RMS of its own

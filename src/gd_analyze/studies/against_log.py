@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -16,6 +17,7 @@ from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.dynamics.friction import FRICTION_TERMS
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.errors import UsageError
+from gd_analyze.motions.measured import filtered_torque
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.simplification.accuracy import AgainstLog
 from gd_analyze.simplification.budget import Budget
@@ -119,7 +121,8 @@ def beside_log(
         remedy = f"gd-analyze ROBOT LOG {diagnosis.remedy.options}"
     stated = AgainstLog(
         name=motion.name,
-        fingerprint=motion.fingerprint,
+        fingerprint=_fingerprint(motion),
+        read_with=motion.origin.partition("corrected by ")[2],
         readings=comparison.compared,
         rms_exact=comparison.friction.rms,
         rms=own.friction.rms,
@@ -131,6 +134,12 @@ def beside_log(
         remedy=remedy,
     )
     return model.stating(replace(model.accuracy, log=stated))
+
+
+def _fingerprint(log: Trajectory) -> str:
+    """SHA-256 of a motion and its torques."""
+    torque = np.ascontiguousarray(filtered_torque(log))
+    return hashlib.sha256(log.fingerprint.encode() + torque.tobytes()).hexdigest()
 
 
 def _along(model: SimplifiedModel, motion: Trajectory) -> FloatArray:
