@@ -214,12 +214,15 @@ def test_the_next_command_mends_what_the_log_contradicts(run, here):
     np.savetxt("my log.csv", table, delimiter=",", header="t,q1,q2,tau1,tau2", comments="", fmt="%.10g")
     contradicted = run("two_link", "my log.csv", "--level", "element", "--out", "one")
     *_, last = contradicted.out.splitlines()
-    assert last == "next: gd-analyze two_link 'my log.csv' --level element --out one --overwrite --torque-sign -1"
+    assert (
+        last
+        == "next: gd-analyze two_link 'my log.csv' --level element --out one --overwrite --torque-sign -1"
+    )
     mended = run("", *shlex.split(last.removeprefix("next: gd-analyze ")))
     assert mended.code == 0, mended.err
     assert "The file describes this robot" in " ".join(mended.out.split())
     *_, last = mended.out.splitlines()
-    assert last == "next: gd-analyze export two_link --to c"
+    assert last == "next: gd-analyze export one/model.json --to c"
 
 
 def test_of_a_file_that_the_log_contradicts_no_model_is_searched_unless_asked_for(two_link, swing):
