@@ -88,7 +88,7 @@ def where_figure(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) ->
             panels.append(
                 Panel(
                     f"{quantity}{i + 1}",
-                    f"{i + 1}: residual by {quantity}",
+                    f"{i + 1}: by {quantity}",
                     value_axis(units[not arm.is_revolute[i]], across, most=2, zero=False),
                     y,
                     tuple(
