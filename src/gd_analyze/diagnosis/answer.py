@@ -93,7 +93,8 @@ def answer(diagnosis: Diagnosis) -> str:
     is_explained = any(cause.name == TimeUnit.name for cause in causes)
     of_velocities = [fault for fault in faults if fault.name == VELOCITIES and not is_explained]
     of_torques = [fault for fault in faults if fault.name != VELOCITIES]
-    texts += [faults_in_words(group, n) for group in (of_torques, of_velocities) if group]
+    texts += [_remedy_of(of_torques)] if of_torques else []
+    texts += [faults_in_words(of_velocities, n)] if of_velocities else []
     poor = _poor(diagnosis)
     if causes and poor:
         joints = named_joints([i + 1 for i in poor], n)
@@ -104,7 +105,15 @@ def answer(diagnosis: Diagnosis) -> str:
 
 
 def opening(diagnosis: Diagnosis) -> str:
-    """The verdict as a sentence or two: what the file describes, and how much of the torque is left."""
+    """The verdict as a sentence or two: what the file describes, what is left, and faulty readings."""
+    faults = [fault for fault in mentioned(diagnosis.faults) if fault.name != VELOCITIES]
+    if not faults:
+        return _verdict(diagnosis)
+    return f"{_verdict(diagnosis)} {_what_is_faulty(faults, diagnosis.arm.n_joints)}"
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
+    """What of the robot the file describes, and how much of the torque is left."""
     word, fit, n = word_of(diagnosis), diagnosis.after, diagnosis.arm.n_joints
     if word == "tells nothing":
         return f"{TELLS_NOTHING}: {_FRICTION_ALONE}" if diagnosis.problem.moving else f"{TELLS_NOTHING}."
@@ -147,9 +156,9 @@ def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
 
 
 def _is_misfit(diagnosis: Diagnosis) -> bool:
-    """Whether file and log differ by more than a file's usual error, or most of a joint's torque is left."""
-    most = float(np.nanmax(diagnosis.as_filed, initial=0.0))
-    return is_unexplained(diagnosis.before) or most > MOST_REMAINDER
+    """Whether file and log differ by more than a file's usual error, or the causes explain most of it."""
+    as_filed, mended = (float(np.nansum(x**2)) for x in (diagnosis.as_filed, diagnosis.as_mended))
+    return is_unexplained(diagnosis.before) or mended < MOST_REMAINDER**2 * as_filed
 
 
 def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
@@ -261,10 +270,20 @@ def mentioned(faults: Sequence[Fault]) -> list[Fault]:
 
 def faults_in_words(faults: Sequence[Fault], n: int) -> str:
     """The first of some faults with its remedy, and the joints of the others."""
+    return f"{_what_is_faulty(faults, n)} {_remedy_of(faults)}"
+
+
+def _what_is_faulty(faults: Sequence[Fault], n: int) -> str:
+    """The first of some faults, and the joints of the others."""
     first = faults[0]
     joints = sorted({fault.joint + 1 for fault in faults[1:]} - {first.joint + 1})
     further = f"; {named_joints(joints, n)}, too" if joints else ""
-    return f"{first.what}, {first.effect}{further}. {first.remedy[0].upper()}{first.remedy[1:]}."
+    return f"{first.what}, {first.effect}{further}."
+
+
+def _remedy_of(faults: Sequence[Fault]) -> str:
+    remedy = faults[0].remedy
+    return f"{remedy[0].upper()}{remedy[1:]}."
 
 
 def _begun(sentence: str) -> str:

@@ -109,12 +109,14 @@ class Diagnosis:
         return tuple((1 + np.flatnonzero(self.as_filed > MOST_RESIDUAL_SHARE)).tolist())
 
     @cached_property
+    def as_mended(self) -> FloatArray:
+        """The same with the causes."""
+        return residuals_as_filed(self.corrected) if self.causes else self.as_filed
+
+    @cached_property
     def made_worse(self) -> tuple[int, ...]:
         """Joints, from 1, of which the file as it is leaves clearly more with the causes than without."""
-        if not self.causes:
-            return ()
-        is_worse = residuals_as_filed(self.corrected) > self.as_filed + _WORSE_SHARE
-        return tuple((1 + np.flatnonzero(is_worse)).tolist())
+        return tuple((1 + np.flatnonzero(self.as_mended > self.as_filed + _WORSE_SHARE)).tolist())
 
     @property
     def cause(self) -> Candidate | None:
