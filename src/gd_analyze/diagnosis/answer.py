@@ -71,7 +71,9 @@ def word_of(diagnosis: Diagnosis) -> Word:
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
     is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
     # Drives that a file states are part of what it says.
-    is_in_part |= bool(diagnosis.arm.drives) and float(np.nanmax(diagnosis.as_filed)) > MOST_REMAINDER
+    is_in_part |= (
+        bool(diagnosis.arm.drives) and float(np.nanmax(diagnosis.as_filed, initial=0.0)) > MOST_REMAINDER
+    )
     return "agrees in part" if is_in_part else "agrees"
 
 

@@ -16,6 +16,9 @@ def residuals_as_filed(problem: Problem) -> FloatArray:
     """
     from scipy.optimize import lsq_linear  # slow to load
 
+    out = np.full(problem.n, np.nan)
+    if not problem.moving:
+        return out
     samples, correction, arm = problem.samples, problem.correction, problem.arm
     columns, counts, shared = corrected_columns(samples, correction)
     n_added = sum(unknowns.columns.shape[2] for unknowns in correction.added)
@@ -23,7 +26,6 @@ def residuals_as_filed(problem: Problem) -> FloatArray:
     inertia = arm.drive_inertia if arm.drives else np.zeros(problem.n)
     torque = correction.of_torques(correction.steady(samples.torque))
     file_place = shared + NUMBERS_OF_JOINT
-    out = np.full(problem.n, np.nan)
     for i in problem.moving:
         own, is_used = columns[i, :, shared:file_place], counts[:, i]
         left = torque[:, i] - columns[i, :, file_place] - inertia[i] * own[:, 0]

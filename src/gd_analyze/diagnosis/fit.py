@@ -58,7 +58,10 @@ class FileFit:
     @property
     def errors(self) -> FloatArray:
         """Standard errors of `free`."""
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))))
+        # Under a wrong hypothesis columns may be many times as large as the file's error.
+        root = np.sqrt(np.diag(self.information))
+        scaled = self.information / np.outer(root, root) + _SINGULAR_ROUND_OFF * np.eye(len(root))
+        return np.asarray(np.sqrt(np.maximum(np.diag(np.linalg.inv(scaled)), 0.0)) / root)
 
     @property
     def remains(self) -> float:
