@@ -15,6 +15,7 @@ from gd_analyze.diagnosis.log_resolution import LogResolution
 from gd_analyze.diagnosis.log_verdict import log_verdict
 from gd_analyze.errors import UsageError
 from gd_analyze.motions.trajectory import Trajectory
+from gd_analyze.results.beside_log import joints_beside_log
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.studies.against_log import with_log, within_log
@@ -175,3 +176,12 @@ def test_the_main_job_offers_no_model_where_the_log_contradicts(two_link, log):
         findings = gd.analyze(two_link, reversed_log)
     assert findings.model.is_exact
     assert findings.model.accuracy.log.contradicted == (1, 2)
+
+
+def test_a_bound_that_a_file_states_is_not_called_proven(two_link, log, tmp_path):
+    findings = gd.analyze(two_link, log, tmp_path / "run", budget="60%", formats=["h5"])
+    assert findings.model.saves
+    loaded = gd.load_findings(tmp_path / "run" / "analysis.h5")
+    for shown, proof in ((findings, "proven"), (loaded, "stated in the file")):
+        (heading,) = [column.label for column in joints_beside_log(shown).columns if column.key == "bound"]
+        assert heading == f"error, {proof}"

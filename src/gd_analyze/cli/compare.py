@@ -46,9 +46,9 @@ def compare(
     """
     if other is None or other in shipped("trajectories", ".csv") or Path(other).suffix.lower() == ".csv":
         raise UsageError(
-            "two arms are compared with each other",
+            "compare needs a second file of the robot",
             where="OTHER",
-            expected="another file of the robot, or a built-in arm",
+            expected="the path of an arm's file, or a built-in arm",
             found="none" if other is None else other,
             next_step=f"`gd-analyze formulations {robot.name}` compares the formulations of one arm",
         )

@@ -15,6 +15,7 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.log_options import command_that_mends, log_options, read_motions
 from gd_analyze.cli.options import FILE, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
+from gd_analyze.cli.rules import is_given
 from gd_analyze.files import RESULT_FILES, require_one_run
 
 if TYPE_CHECKING:
@@ -116,8 +117,7 @@ def _next_command(
         source = robot.words if model is None else [str(model)]
         return shlex.join(["gd-analyze", "export", *source, "--to", "c"])
     # A folder that is named holds this run when the command is typed.
-    is_named = any(word.partition("=")[0] == "--out" for word in typed)
-    again = ["--overwrite"] if is_named and "--overwrite" not in typed else []
+    again = ["--overwrite"] if is_given("--out") and not is_given("--overwrite") else []
     return command_that_mends(
         [*robot.words, *trajectories],
         [*typed, *again],

@@ -19,7 +19,7 @@ class Growth(NamedTuple):
 
     fitted: FloatArray  # growth over the samples to which friction is fitted, 0.01 for 1 % more
     held_out: FloatArray  # growth over the others
-    most: FloatArray  # RMS of the error over all samples, over what is left: no growth is larger
+    most: FloatArray  # RMS of the error over that of what is left, of all samples: their growth is no larger
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -247,13 +247,13 @@ def _numbers(arm: RobotArm) -> dict[str, float]:
 
 def _sum(terms: Iterable[tuple[float, SymbolPolynomial]]) -> SymbolPolynomial:
     """Sum of multiples of polynomials, without what cancels."""
-    out: Counter[SymbolNames] = Counter()
-    sizes: Counter[SymbolNames] = Counter()
+    out: defaultdict[SymbolNames, float] = defaultdict(float)
+    sizes: defaultdict[SymbolNames, float] = defaultdict(float)
     for factor, polynomial in terms:
         for names, weight in polynomial.items():
-            out[names] += factor * weight  # type: ignore[assignment]
-            sizes[names] += abs(factor * weight)  # type: ignore[assignment]
-    return {names: float(weight) for names, weight in out.items() if abs(weight) > _ROUND_OFF * sizes[names]}
+            out[names] += factor * weight
+            sizes[names] += abs(factor * weight)
+    return {names: weight for names, weight in out.items() if abs(weight) > _ROUND_OFF * sizes[names]}
 
 
 def _times(first: SymbolPolynomial, second: SymbolPolynomial) -> SymbolPolynomial:

@@ -55,7 +55,9 @@ def joints_beside_log(findings: Findings) -> Table:
     """By joint: measured peak, what friction leaves, error of the model, and the verdict."""
     table, arm, model = findings.tables["measured_torque"], findings.arm, findings.model
     bound = tube_bound(findings)
-    error, proof = (model.accuracy.errors.largest, "error") if bound is None else (bound, "error, proven")
+    error, proof = (
+        (model.accuracy.errors.largest, "error") if bound is None else (bound, f"error, {findings.proof}")
+    )
     is_simplified = not model.is_exact
     names = ("bias", "rms_difference", "peak_measured", "explained", "rms_beside_friction")
     values = joint_values(arm.joints) | {name: table[name].values for name in names}

@@ -50,7 +50,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     values: dict[str, Any] = {
         "remains_before": diagnosis.before.residuals,
         "remains_after": diagnosis.after.residuals,
-        "remains_as_filed": diagnosis.as_filed if problem.moving else np.full(n, np.nan),
+        "remains_as_filed": diagnosis.as_filed,
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
@@ -260,11 +260,5 @@ def where_drawing(tabulated: xr.Dataset, arm: RobotArm, joints: Sequence[int]) -
         "where",
         f"{subject}, {looks}.",
         where_figure(tabulated, arm, joints),
-        "Look for a trend: the residual against position, velocity, acceleration and time.",
+        "Look for a trend in the residual, with links and drives fitted.",
     )
-
-
-def worst_joint(tabulated: xr.Dataset) -> int | None:
-    """The joint, from 0, of which most of its torque remains as logged; None if none is compared."""
-    joints = compared_joints(tabulated)
-    return max(joints, key=lambda i: float(tabulated.remains_before.values[i])) if joints else None
