@@ -119,15 +119,15 @@ def _errors(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str
 
 def _against_log(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:
     """What a log says of the model: what is left of its torques, beside what the exact model leaves."""
-    log = None if subject.model is None else subject.model.accuracy.log
-    if log is None:
+    if subject.model is None or subject.model.accuracy.log is None:
         return
+    log = subject.model.accuracy.log
     yield f"Against the log {foreign(log.name)}, {log.readings} readings,"
     yield f"  SHA-256 {log.fingerprint}:"
     if log.read_with:
         yield f"read with {foreign(log.read_with)}: q and tau are those after it."
     yield "Measured torque, filtered like the motion, less that of the model and of fitted friction, N m (N):"
-    if log.growth is not None and np.isfinite(log.growth).any():
+    if log.growth is not None and np.isfinite(log.growth).any() and not subject.model.is_exact:
         largest = max(float(np.nanmax(log.growth)), 0.0)
         yield f"On held-out readings this is at most {percent(largest)} larger than for the exact model."
     headings = ["joint", "RMS", "95 % below", "RMS of the exact model", "Coulomb", "viscous", "offset"]
