@@ -144,7 +144,7 @@ class AnotherArm(Hypothesis):
             return
         yield Candidate(
             self.name,
-            "The file is of another size or variant of the robot: its links are far off",
+            "The links are far off, as of another variant of the robot, or of torques in another scale",
             edited(problem.samples, "take the file of this robot"),
             replace(problem.correction, freedom=self._FREEDOM),
             numbers=self._NUMBERS,
