@@ -135,7 +135,8 @@ def test_a_copied_torque_is_refused(two_link, readings, sign):
     with pytest.raises(UsageError) as caught:
         quietly(two_link, time, q, torque[:, [1, 1]] * [1.0, sign])
     assert "joints 1 and 2" in caught.value.what
-    assert "--map torque:2=COLUMN" in caught.value.details["next"]
+    assert "`map=['torque:2=COLUMN']`" in caught.value.details["next"]
+    assert "--map torque:2=COLUMN" in caught.value.with_options()
 
 
 def test_copied_positions_are_refused(two_link, readings):
@@ -143,7 +144,7 @@ def test_copied_positions_are_refused(two_link, readings):
     with pytest.raises(UsageError) as caught:
         quietly(two_link, time, q[:, [0, 0]], torque)
     assert "joints 1 and 2" in caught.value.what
-    assert "--map q:2=COLUMN" in caught.value.details["next"]
+    assert "`map=['q:2=COLUMN']`" in caught.value.details["next"]
 
 
 @pytest.mark.parametrize(

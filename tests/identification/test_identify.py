@@ -351,7 +351,7 @@ def test_a_mistake_of_the_file_is_no_wrong_sign_of_the_log(puma, true, motion, s
 def test_the_other_sign_of_a_joints_torque(puma, true, motion, joint):
     log, signs = true.exact_log(*motion), np.where(np.arange(6) == joint, -1, 1)
     error = refused(puma, with_torque(log, signs * log.recording.torque))
-    assert error.details["next"].startswith(f"--torque-sign {','.join(map(str, signs))};")
+    assert error.details["next"].startswith(f"`torque_sign='{','.join(map(str, signs))}'`;")
 
 
 @pytest.mark.slow
@@ -362,7 +362,7 @@ def test_what_is_plausible_but_wrong(puma, true, motion):
     error = refused(bare, with_torque(log, signs * log.recording.torque))
     assert "friction" in error.what
     assert "joint 4" in error.what
-    assert error.details["next"].startswith("--torque-sign 1,1,1,-1,1,1 ")
+    assert error.details["next"].startswith("`torque_sign='1,1,1,-1,1,1'` ")
     rigid = replace(true, arm=puma, drives=0.0 * true.drives, friction=0.0 * true.friction)
     smooth = rigid.exact_log(*motion)
     exchanged = with_torque(smooth, smooth.recording.torque[:, [0, 2, 1, 3, 4, 5]])

@@ -32,7 +32,7 @@ def violations(tab: Tab) -> list[str]:
 @pytest.mark.parametrize(("width", "scheme"), [long(WIDE, "light"), long(NARROW, "dark")])
 def test_no_rule_is_broken(browser: Any, file: Path, width: int, scheme: str) -> None:
     with opened(browser, file, width, color_scheme=scheme, reduced_motion="reduce") as tab:
-        tab.drag_budget(20)
+        tab.drag_budget(8)
         tab.unfold()
         assert violations(tab) == []
 

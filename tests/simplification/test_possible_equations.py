@@ -11,13 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gd_analyze as gd
-from gd_analyze.certification.holding import simplify_held
 from gd_analyze.errors import ModelError
 from gd_analyze.report.budget import BudgetPath
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.candidates import candidates_of
-from gd_analyze.simplification.coordinates import shortest
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import digest_of_model
@@ -130,18 +128,6 @@ def test_a_model_takes_no_more_than_one_in_absolute_velocities(puma, pick_and_pl
     assert absolute.form.velocities.before
     assert not model.form.velocities.before, "joint velocities are better here"
     assert model.functions.operations.total < absolute.functions.operations.total
-
-
-def test_of_equal_models_the_cheaper_torque_is_taken(two_link):
-    exact = ExactDynamics.of(two_link, gd.tables.states_in_box(two_link, 50))
-    joint = exact.with_form(exact.form.in_joint_velocities)
-    options, box = SearchOptions(same_velocities=True), gd.types.Box.of(two_link)
-    first, second = (simplify_held(e, "35%", box, options, certified=True).model for e in (exact, joint))
-    assert first.functions.operations.total == second.functions.operations.total
-    assert first.operations.total < second.operations.total
-    assert shortest([first, second]) is shortest([second, first]) is first
-    whole = simplify_exact(joint, "1e-9%", options)
-    assert shortest([first, whole]) is first, "nothing dropped"
 
 
 @pytest.fixture(scope="module")

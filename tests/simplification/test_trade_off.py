@@ -68,7 +68,7 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
     (own,) = (model for model in path if (model.accuracy.allowed == given.accuracy.allowed).all())
     assert own.terms == given.terms
     assert own.program is given.program
-    assert len(path) == 21
+    assert len(path) == 9
     # Ten times the budget, and a tenth of it, to the rounding of powers.
     for model, factor in ((path[0], 0.1), (path[-1], 10.0)):
         np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)

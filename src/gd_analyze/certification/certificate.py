@@ -20,7 +20,7 @@ from gd_analyze.certification.grid import Grid, Reached, shared_out
 from gd_analyze.certification.taylor import Bounded, bound_along
 from gd_analyze.certification.tube import Tube
 from gd_analyze.errors import UsageError, require_type
-from gd_analyze.harmonics.expansion import Expansion, exact_row, expanded
+from gd_analyze.harmonics.expansion import exact_row
 from gd_analyze.harmonics.transform import Harmonics, harmonics_of
 from gd_analyze.harmonics.trigonometric_polynomial import TrigonometricPolynomial
 from gd_analyze.progress import NO_PROGRESS, Progress
@@ -185,7 +185,7 @@ def certify(
         limit = checked(limit, (box.n_joints,), "limit", "limit", nonnegative=True)
     progress.stage("certifying", 100 * box.n_joints)
     harmonics = harmonics or harmonics_of(model.arm)
-    expansion = expansion_of(model)
+    expansion = model.expansion
     roundings = expansion.round_off(box.farthest, box.velocity, box.acceleration).tolist()
     joint_bounds = []
     joint_weights = [None] * box.n_joints if tube is None or tube.weights is None else tube.weights.T
@@ -205,17 +205,12 @@ def certify(
     )
 
 
-def expansion_of(model: SimplifiedModel) -> Expansion:
-    """A model's program written out."""
-    return expanded(model.program, [not revolute for revolute in model.arm.is_revolute])
-
-
 def usual_effort(model: SimplifiedModel, effort: int = POSITIONS_PER_JOINT) -> int | None:
     """Effort with which a proof takes seconds: small for very many terms, None for even more.
 
     Raises a ModelError as `certify` does.
     """
-    terms = sum(np.count_nonzero(row.coefficients) for row in expansion_of(model).rows)
+    terms = sum(np.count_nonzero(row.coefficients) for row in model.expansion.rows)
     if terms > _MOST_TERMS_IN_SECONDS:
         return None
     return min(effort, _REDUCED_EFFORT) if terms > _MOST_TERMS_AT_FULL_EFFORT else effort

@@ -25,7 +25,7 @@ from gd_analyze.motions.states import States
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import require_few_terms
-from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
+from gd_analyze.simplification.coordinates import in_cheaper_velocities
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.search import SearchOptions
@@ -108,26 +108,22 @@ def simplify_held(
     first = exact.joined_by(*_drawn(region))
     patience = BOX_PATIENCE if isinstance(region, Box) else 0
     progress.stage(options.stage)
-    outcomes, searches = [], list[Searched]()
-    for trial in in_worthwhile_velocities(first, allowed, options):
-        over_region = _OverRegion(exact.with_form(trial.form), region, allowed, certified, effort)
-        checks: list[Check] = [at_states(trial, allowed), *everywhere, over_region.attacked]
-        outcome = until_it_holds(
-            trial, budget, allowed, options, checks, proof=over_region.proven, patience=patience
-        )
-        searches.append(outcome)
-        outcomes.append(over_region.held(outcome))
-    short = [held for held in outcomes if len(held.model.terms) <= options.most_terms] or outcomes[:1]
-    best = shortest([held.model for held in short])
-    held = next(held for held in short if held.model is best)
-    model = stated(exact, best).stating(provenance=provenance)
+    first = in_cheaper_velocities(first, allowed, options)
+    over_region = _OverRegion(exact.with_form(first.form), region, allowed, certified, effort)
+    checks: list[Check] = [at_states(first, allowed), *everywhere, over_region.attacked]
+    outcome = until_it_holds(
+        first, budget, allowed, options, checks, proof=over_region.proven, patience=patience
+    )
+    held = over_region.held(outcome)
+    model = stated(exact, held.model).stating(provenance=provenance)
     if model.saves:
-        gamma = max(x for x in (best.accuracy.gamma, model.accuracy.gamma) if x is not None)
+        gammas = (held.model.accuracy.gamma, model.accuracy.gamma)
+        gamma = max(gamma for gamma in gammas if gamma is not None)
         model = model.stating(replace(model.accuracy, gamma=gamma))
         held = held._replace(model=proven(model, held.certificate))
     else:
         held = Held(model, near=held.near)
-    warn_of_time(model, searches, options.time)
+    warn_of_time(model, outcome, options.time)
     if model.saves or not certified:
         return held
     certificate = certify(model, region, harmonics=exact.form.harmonics)

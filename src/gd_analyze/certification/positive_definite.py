@@ -14,7 +14,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.certification.box import Box
-from gd_analyze.certification.certificate import box_of, expansion_of
+from gd_analyze.certification.certificate import box_of
 from gd_analyze.certification.error_field import local_maximum, polynomial_round_off
 from gd_analyze.certification.grid import Grid, shared_out
 from gd_analyze.certification.tube import Tube
@@ -94,7 +94,7 @@ def certify_positive_definite(
             next_step="make one with `gd-analyze simplify --level term`",
         )
     box, n = box_of(region, model.arm, effort), model.arm.n_joints
-    expansion = expansion_of(model)
+    expansion = model.expansion
     # The factors of the accelerations in every row.
     inertia = TrigonometricPolynomial.stacked([row[1 : n + 1] for row in expansion.rows])
     boxes = [box]

@@ -15,6 +15,7 @@ from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
 from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
+from gd_analyze.errors import in_options
 from gd_analyze.text import enumerated, named_joints, percent
 
 _BINS = 10  # bins of a quantity that a residual may follow
@@ -284,7 +285,7 @@ def _what_is_faulty(faults: Sequence[Fault], n: int) -> str:
 
 
 def _remedy_of(faults: Sequence[Fault]) -> str:
-    remedy = faults[0].remedy
+    remedy = in_options(faults[0].remedy)
     return f"{remedy[0].upper()}{remedy[1:]}."
 
 

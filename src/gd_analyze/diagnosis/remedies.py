@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.samples import Samples
-from gd_analyze.errors import GdAnalyzeError
+from gd_analyze.errors import GdAnalyzeError, argument
 from gd_analyze.motions.correction import Correction
 from gd_analyze.motions.corrections import as_options, typed
 from gd_analyze.motions.reading import ROLES, MotionRole, Reading
@@ -105,6 +105,11 @@ class Remedy:
         options, edits = self.options, self._all_edits()
         sentences = [f"Use {options}."] if options else []
         return " ".join([*sentences, *(f"{edit[0].upper()}{edit[1:]}." for edit in edits)])
+
+    @property
+    def as_arguments(self) -> str:
+        """What to do, with arguments of a call in place of options."""
+        return "; ".join(filter(None, (_arguments({**self.reading, **self.arm}), *self._all_edits())))
 
     def __str__(self) -> str:
         return "; ".join(filter(None, (self.options, *self._all_edits())))
@@ -246,16 +251,21 @@ def vector(values: FloatArray) -> str:
 
 
 def reversed_torques(signs: Sequence[float]) -> str:
-    """How torques of joints are reversed whose sign is -1."""
+    """How torques of joints are reversed whose sign is -1: an argument."""
     n = len(signs)
-    return " ".join(as_options(typed(Correction.none(n).with_torque(np.diag(signs)), [True] * n)))
+    return _arguments(typed(Correction.none(n).with_torque(np.diag(signs)), [True] * n))
+
+
+def _arguments(words: Mapping[str, str | list[str]]) -> str:
+    """Keywords of a call and their words, as a message names them."""
+    return " and ".join(argument(name, value) for name, value in words.items())
 
 
 def another_column(role: str, joint: int) -> str:
-    """How another column is named for a joint, from 0."""
-    return f"--map {role}:{joint + 1}=COLUMN"
+    """How another column is named for a joint, from 0: an argument."""
+    return argument("map", [f"{role}:{joint + 1}=COLUMN"])
 
 
 def leaving_out(role: str) -> str:
-    """How all columns of a role are left out."""
-    return f"--map {role}=none"
+    """How all columns of a role are left out: an argument."""
+    return argument("map", [f"{role}=none"])

@@ -18,7 +18,7 @@ import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.base_parameters import BaseParameters, base_parameters
-from gd_analyze.errors import ArmError
+from gd_analyze.errors import ArmError, argument
 from gd_analyze.formulas.formula import NO_PIECES, Formula, Piece, Power, Product, Symbol
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.arm_numbers import with_numbers
@@ -298,5 +298,5 @@ def _unreadable(arm: RobotArm, found: str, expected: str | None = None) -> ArmEr
         where=f"arm {arm.name}",
         expected=expected or "sums of products of lengths, as right angles between the joints give them",
         found=found,
-        next_step="without --symbolic they are written with numbers",
+        next_step=f"without {argument('symbolic')} they are written with numbers",
     )

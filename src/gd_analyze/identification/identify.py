@@ -215,7 +215,7 @@ def _doubts_of_logs(arm: RobotArm, motions: Sequence[Trajectory], anyway: bool) 
         raise UsageError(
             f"logs and file disagree for another reason than the links' numbers. {reason}",
             where=f"log {', '.join(diagnosis.logs)}",
-            next_step=f"{reduce(Remedy.then, [cause.remedy for cause in others])}; "
+            next_step=f"{reduce(Remedy.then, [cause.remedy for cause in others]).as_arguments}; "
             "anyway=True identifies all the same",
         )
     # A payload, which the last link may take up, is none: torques of another scale, and other arms, are.

@@ -12,6 +12,7 @@ from gd_analyze.diagnosis.answer import answer, is_for_identification, what_rema
 from gd_analyze.diagnosis.causes import CLEAR_FALL, CLEAR_FALL_SHARE
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
+from gd_analyze.errors import in_options
 from gd_analyze.figures.diagnosis import compared_joints, diagnosed_torque_figure, where_figure
 from gd_analyze.result import (
     Drawing,
@@ -64,7 +65,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "fault_name": _texts([fault.name for fault in diagnosis.faults]),
         "fault_joint": np.array([fault.joint + 1 for fault in diagnosis.faults], dtype=np.int64),
         "fault_what": _texts([fault.what for fault in diagnosis.faults]),
-        "fault_remedy": _texts([fault.remedy for fault in diagnosis.faults]),
+        "fault_remedy": _texts([in_options(fault.remedy) for fault in diagnosis.faults]),
         "fault_share": _numbers([fault.share for fault in diagnosis.faults]),
         "sample_time": samples.clock,
         "sample_q": samples.q,

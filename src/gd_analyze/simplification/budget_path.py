@@ -24,7 +24,7 @@ from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, TermChoice, descend
 
 _LARGEST_FACTOR = 10.0  # largest multiple of the model's budget
-_STEPS = 10  # steps from the smallest budget to the model's, and as many from there to the largest
+_STEPS = 4  # steps from the smallest budget to the model's, and as many from there to the largest
 # Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
 _SMALLEST_FACTORS: tuple[float, ...] = (0.1, 0.2, 0.4, 0.7)
 _MOST_STATES = 300  # states that represent a longer motion

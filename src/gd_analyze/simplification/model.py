@@ -18,6 +18,7 @@ from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.guesses import DYNAMICS, guessing
 from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
+from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
 from gd_analyze.operations.functions import Functions, functions_of, inertia_program
@@ -300,6 +301,11 @@ class SimplifiedModel:
         if self.drops_nothing:
             return self.form.program
         return self.level.write(self.form, self.terms, FINAL)
+
+    @cached_property
+    def expansion(self) -> Expansion:
+        """Its program written out; a ModelError if that is no torque of an arm, or too long."""
+        return expanded(self.program, [not revolute for revolute in self.arm.is_revolute])
 
     @cached_property
     def functions(self) -> Functions:

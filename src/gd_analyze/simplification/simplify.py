@@ -14,7 +14,7 @@ from gd_analyze.errors import GdAnalyzeWarning
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import require_few_terms
-from gd_analyze.simplification.coordinates import in_worthwhile_velocities, shortest
+from gd_analyze.simplification.coordinates import in_cheaper_velocities
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured, with_gamma, with_rewriting
 from gd_analyze.simplification.search import SearchOptions, selected_terms
@@ -175,18 +175,16 @@ def simplify_exact(
     exact = exact.under(budget)
     allowed = exact.allowed(budget)
     progress.stage(options.stage)
-    outcomes: list[Searched] = []
-    for trial in in_worthwhile_velocities(exact, allowed, options):
-        checks = [at_states(trial, allowed), *everywhere]
-        outcomes.append(until_it_holds(trial, budget, allowed, options, checks))
-    model = stated(exact, shortest([outcome.model for outcome in outcomes]))
-    warn_of_time(model, outcomes, options.time)
+    exact = in_cheaper_velocities(exact, allowed, options)
+    outcome = until_it_holds(exact, budget, allowed, options, [at_states(exact, allowed), *everywhere])
+    model = stated(exact, outcome.model)
+    warn_of_time(model, outcome, options.time)
     return model.stating(provenance=provenance)
 
 
-def warn_of_time(model: SimplifiedModel, outcomes: Sequence[Searched], time: SearchTime) -> None:
-    """Warn that time ended a search of a model."""
-    if not any(outcome.is_cut for outcome in outcomes):
+def warn_of_time(model: SimplifiedModel, outcome: Searched, time: SearchTime) -> None:
+    """Warn that time ended the search of a model."""
+    if not outcome.is_cut:
         return
     budget, ended = model.accuracy.budget, f"{time.seconds:g} s of processor time ended the search"
     text = f"budget {budget}: {ended}; a longer one may find a model of fewer terms"
