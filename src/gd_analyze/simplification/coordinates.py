@@ -15,7 +15,6 @@ from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.search import SearchOptions, selected_terms
-from gd_analyze.simplification.torque_program import COUNTING
 
 _STATES = 150  # states of the short search, beside extremes
 _EFFORT = 0.3  # attempts of the short search, as a share of the usual
@@ -31,8 +30,7 @@ def in_cheaper_velocities(exact: ExactDynamics, allowed: FloatArray, options: Se
     short = replace(options, effort=_EFFORT * options.effort)
 
     def operations(form: ExactForm) -> int:
-        terms = selected_terms(sample.with_form(form), allowed, short).terms
-        return TERM.operations(form, terms, COUNTING)
+        return selected_terms(sample.with_form(form), allowed, short).steps[-1].operations
 
     with suppress(TooManyTermsError):
         if operations(joint) < operations(exact.form):
