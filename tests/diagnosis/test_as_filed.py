@@ -54,13 +54,14 @@ def test_drive_inertia_that_a_file_states_is_judged(puma, log):
 
 
 def test_the_residual_as_filed_is_that_of_the_compared_torques(puma, log):
-    """Two ways: some samples, scored where friction is not fitted, and all readings where it is."""
+    """Two ways: some samples, by the regressor, and all readings, by Newton and Euler."""
     wrong = with_drive_inertia(puma, 3.0)
     diagnosis = log_verdict(wrong, [log]).diagnosis
     assert diagnosis is not None
     compared = gd.compare_torque(wrong, log)
     share = compared.friction.rms / compared.rms_measured
-    # Friction bends to the inertia's error over the readings it is fitted to, and less over others.
+    # The samples include readings near a reversal, which the comparison leaves out as the filter smears
+    # friction there; the RMS of 400 independent ones is uncertain by 4 %.
     ratio = diagnosis.as_filed / share
     assert (ratio > 0.9).all()
-    assert (ratio < 2.0).all()
+    assert (ratio < 1.25).all()

@@ -7,15 +7,16 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, corrected_columns
 from gd_analyze.diagnosis.hypothesis import Problem
+from gd_analyze.dynamics.friction import left_by_friction
 
 
 def residuals_as_filed(problem: Problem) -> FloatArray:
-    """Residual of samples not fitted by joint, as a share of the torque's RMS, (n,); nan if not compared.
+    """Residual of all samples by joint, as a share of the torque's RMS, (n,); nan if not compared.
 
-    What hypotheses added, such as a payload, keeps the numbers of the fit.
+    Friction is fitted to the same samples: three numbers of hundreds. Those of a part of a log are not those
+    of the whole, as friction falls while a robot warms. What hypotheses added, such as a payload, keeps the
+    numbers of the fit.
     """
-    from scipy.optimize import lsq_linear  # slow to load
-
     out = np.full(problem.n, np.nan)
     if not problem.moving:
         return out
@@ -27,15 +28,10 @@ def residuals_as_filed(problem: Problem) -> FloatArray:
     torque = correction.of_torques(correction.steady(samples.torque))
     file_place = shared + NUMBERS_OF_JOINT
     for i in problem.moving:
-        own, is_used = columns[i, :, shared:file_place], counts[:, i]
-        left = torque[:, i] - columns[i, :, file_place] - inertia[i] * own[:, 0]
-        left = left - columns[i, :, shared - n_added : shared] @ added
-        friction = own[:, 1:]
-        is_fitted, is_scored = is_used & ~samples.scored, is_used & samples.scored
-        # Friction does not drive a joint; the offset may have either sign.
-        bounds = ([0.0, 0.0, -np.inf], np.inf)
-        numbers = lsq_linear(friction[is_fitted], left[is_fitted], bounds).x
-        residual = (left - friction @ numbers)[is_scored]
-        size = np.sqrt(np.mean(torque[is_used, i] ** 2))
-        out[i] = np.sqrt(np.mean(residual**2)) / size if size > 0.0 else np.nan
+        measured, of_joint = torque[counts[:, i], i], columns[i, counts[:, i]]
+        acceleration, direction, velocity, _ = of_joint[:, shared:file_place].T
+        model = of_joint[:, file_place] + inertia[i] * acceleration
+        model = model + of_joint[:, shared - n_added : shared] @ added
+        residual, size = left_by_friction(measured - model, direction, velocity), float(np.mean(measured**2))
+        out[i] = np.sqrt(np.mean(residual**2) / size) if size > 0.0 else np.nan
     return out

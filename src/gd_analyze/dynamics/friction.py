@@ -148,8 +148,7 @@ def fit_joint(
 
     r = triangle((columns(at)[used[at]] for at in chunks(len(model))), 4)
     count = int(used.sum())
-    terms = independent(r, (_OFFSET, _DIRECTION, _VELOCITY))
-    weights, free = _friction_of(r, terms)
+    weights, terms, free = _friction_of(r)
     time = correlation_time(lambda at: columns(at) @ weights, used, stretches)
     deviation = _deviations(r, weights, free, time, count)
     is_fitted = [term in terms for term in _OF_TERM]
@@ -165,10 +164,17 @@ def fit_joint(
     )
 
 
-def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]]:
-    """Residual of the fit, as weights of the columns, and the terms of friction that are not held at 0."""
+def left_by_friction(difference: FloatArray, sign: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Measured minus model torque of one joint less the friction and offset fitted to it, (N,)."""
+    columns = np.column_stack([np.ones(len(difference)), sign, velocity, difference])
+    return np.asarray(columns @ _friction_of(reduced(columns))[0])
+
+
+def _friction_of(r: FloatArray) -> tuple[FloatArray, list[int], list[int]]:
+    """Residual of the fit, as weights of the columns, the terms fitted, and those that are not held at 0."""
     from scipy.optimize import lsq_linear  # slow to load
 
+    terms = independent(r, (_OFFSET, _DIRECTION, _VELOCITY))
     sizes = np.linalg.norm(r[:, terms], axis=0)
     least = np.where(np.array(terms) == _OFFSET, -np.inf, 0.0)
     # The method finds the active bounds in finitely many steps, and then solves without them.
@@ -176,7 +182,8 @@ def _friction_of(r: FloatArray, terms: list[int]) -> tuple[FloatArray, list[int]
     weights = np.zeros(4)
     weights[terms] = -solution.x / sizes
     weights[_DIFFERENCE] = 1.0
-    return weights, [term for term, is_bound in zip(terms, solution.active_mask, strict=True) if not is_bound]
+    free = [term for term, is_bound in zip(terms, solution.active_mask, strict=True) if not is_bound]
+    return weights, terms, free
 
 
 def _deviations(r: FloatArray, weights: FloatArray, free: list[int], time: float, count: int) -> FloatArray:

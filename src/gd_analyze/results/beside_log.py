@@ -10,7 +10,6 @@ from gd_analyze.result import Mark, Table, joint_values
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import tube_bound
 from gd_analyze.schema import declared_table
-from gd_analyze.simplification.accuracy import share_of
 from gd_analyze.text import amount, named_joints, percent, thousands
 
 # Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
@@ -46,9 +45,9 @@ def joint_verdicts(findings: Findings) -> list[str]:
 
 
 def shares_left(findings: Findings) -> FloatArray:
-    """RMS left after friction over that of the measured torque, (n,); nan where there is none."""
-    table = findings.tables["measured_torque"]
-    return share_of(table.rms_beside_friction.values, table.rms_measured.values)
+    """What the file as it is leaves of the torque, (n,), by which it is judged; nan where not compared."""
+    table = findings.tables.get("diagnosis")
+    return np.full(findings.arm.n_joints, np.nan) if table is None else table.remains_as_filed.values
 
 
 def joints_beside_log(findings: Findings) -> Table:
