@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import math
+import re
+from pathlib import Path
 
 import pytest
 
+import gd_analyze
 from gd_analyze.exporting.export_input import Constant, up
 from gd_analyze.exporting.language import Language
 from gd_analyze.exporting.latex import Latex
@@ -73,3 +77,21 @@ def test_bounds_in_single_precision_are_on_the_safe_side(towards):
 )
 def test_names_without_the_words_that_all_share(names, short):
     assert short_names(names) == short
+
+
+def test_errors_of_the_library_advise_arguments():
+    """A terminal shows them as options; whole commands are commands everywhere."""
+    advice = []
+    for path in Path(gd_analyze.__file__).parent.rglob("*.py"):
+        if "cli" not in path.parts:
+            raised = [
+                node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Raise)
+            ]
+            texts = [ast.unparse(part) for node in raised for part in ast.walk(node) if is_text(part)]
+            advice += [re.sub("`gd-analyze [^`]*`", "", text) for text in texts]
+    assert len(advice) > 500
+    assert [text for text in advice if re.search("--[a-z]", text)] == []
+
+
+def is_text(node: ast.AST) -> bool:
+    return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))

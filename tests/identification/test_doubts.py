@@ -108,8 +108,9 @@ def test_what_a_refusal_advises_is_an_option_of_identify(puma, true, states):
         quietly(puma, with_torque(loaded, loaded.recording.torque * [-1.0, 1.0, 1.0, 1.0, 1.0, 1.0]))
     told, _, advised = str(caught.value).partition("next: ")
     assert "carries" in told
-    assert "--torque-sign -1,1,1,1,1,1" in advised
-    assert "--payload" not in advised
+    assert "`torque_sign='-1,1,1,1,1,1'`" in advised
+    assert "--torque-sign -1,1,1,1,1,1" in caught.value.with_options()
+    assert "payload" not in advised
 
 
 @pytest.mark.slow

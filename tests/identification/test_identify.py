@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import replace
 
@@ -289,6 +290,8 @@ def refused(arm, log: Trajectory, **more) -> UsageError:
         warnings.simplefilter("ignore", GdAnalyzeWarning)
         with pytest.raises(UsageError) as caught:
             gd.identify(arm, log, **more)
+    # Options are advised in commands only: a call has arguments.
+    assert "--" not in re.sub("`gd-analyze [^`]*`", "", caught.value.details.get("next", ""))
     return caught.value
 
 
