@@ -17,7 +17,6 @@ from gd_analyze.formulas.formula import Formula, Legend
 from gd_analyze.formulas.languages import Plain, Written
 from gd_analyze.formulas.writing import element_formulas, factor_legend
 from gd_analyze.guesses import DYNAMICS, guessing
-from gd_analyze.harmonics.absolute_velocities import AbsoluteVelocities
 from gd_analyze.harmonics.expansion import Expansion, expanded
 from gd_analyze.harmonics.terms import Torques
 from gd_analyze.motions.states import broadcast_states
@@ -30,7 +29,7 @@ from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.harmonic import TERM, HarmonicLevel
 from gd_analyze.simplification.inertia_error import gammas
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.torque_program import COUNTING, FINAL, functions_of_terms, torque_program
+from gd_analyze.simplification.torque_program import COUNTING, FINAL, functions_of_terms
 from gd_analyze.text import amount, html_of, joint_name, percent
 
 if TYPE_CHECKING:
@@ -209,13 +208,6 @@ class SimplifiedModel:
         drives = self.arm.drive_inertia.tolist() if self.drives else ()
         factors = {factor for term in printed for factor in term.monomial}
         return Written(element_formulas(printed, drives), factor_legend(factors))
-
-    @property
-    def operations_in_joint_velocities(self) -> int:
-        """Multiplications and additions of its torques without absolute velocities."""
-        n = self.arm.n_joints
-        torques = self.form.velocities.in_joint_velocities(self.torques)
-        return torque_program(AbsoluteVelocities.of_joints(n), torques, FINAL).count.total
 
     @property
     def legend(self) -> Legend:
