@@ -139,7 +139,7 @@ def _verdict(diagnosis: Diagnosis) -> str:
     good = [i for i in compared if i not in poor]
     subject = f"{_of_good(diagnosis, good)} but not" if good else "does not fit"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
-    text = f"The file {subject} {joints} ({_left_of_poor(diagnosis, poor)})."
+    text = f"The file {subject} {joints} (even with its links fitted, {_left_of_poor(diagnosis, poor)})."
     return f"{text} No sign, unit, payload or column mends it."
 
 
