@@ -232,11 +232,14 @@ def test_echoed_yaml_is_sent_to_a_bag(refused, name):
     refused("`ros2 topic echo --csv`", text * 3, TWO, name)
 
 
-def test_rtde_takes_what_was_measured(read):
+def test_rtde_takes_what_was_measured(read, warned):
     kinds = "actual_q target_q actual_qd target_qd target_qdd actual_current target_moment"
     names = [f"{kind}_{joint}" for kind in kinds.split() for joint in (0, 1)]
     text = log_of(" ".join(names) + " actual_TCP_pose_0 speed_scaling runtime_state", "timestamp")
-    measured, planned = read(text, TWO), read(text, TWO, map=["q=target_q_*"])
+    planned = read(text, TWO, map=["q=target_q_*"])
+    with warned() as texts:
+        measured = read(text, TWO)
+    assert "actual_current_0 ... are currents; --torque-constant LIST" in texts[0]
     np.testing.assert_array_equal([measured.q[0], measured.qd[0]], [[0, 1], [4, 5]])
     assert (measured.qdd, measured.torque, measured.measured) == (None, None, True)
     np.testing.assert_array_equal(

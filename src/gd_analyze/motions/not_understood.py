@@ -72,14 +72,16 @@ def _unknown(log: NamedLog) -> list[int]:
 
 
 def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
-    """A warning of unused columns that may be the torques that a recording lacks."""
-    fault, step = _in_foreign_unit(log, "torque")
-    if fault:
-        return [
-            in_options(f"no torques are read: {fault}; {step}" if step else f"no torques are read: {fault}")
-        ]
+    """A warning of unused columns that are, or may be, the torques that a recording lacks."""
     unknown = [k for k in _unknown(log) if k not in used]
     said = _candidates(log, "torque", unknown)
+    reasons = [_in_foreign_unit(log, "torque"), _torques_of_some_joints(log)]
+    if not said:
+        reasons.append(_only_currents(log))
+    for fault, step in reasons:
+        if fault:
+            text = f"no torques are read: {fault}; {step}" if step else f"no torques are read: {fault}"
+            return [in_options(text)]
     if not said:
         return []
     listed = ", ".join(text.removeprefix("torque=") for text in said)
@@ -87,6 +89,27 @@ def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
     constants = f", of currents with {argument('torque_constant', 'LIST')}" if has_currents else ""
     warning = f"no torques are read, and what {listed} is in the log is unknown"
     return [in_options(f"{warning}; if torques: {_mapped(said)}{constants}")]
+
+
+def _torques_of_some_joints(log: NamedLog) -> tuple[str, str]:
+    """Which joints lack a column of torque where others have one, "" if none does, and what names it."""
+    families = [family for family in log.families if family.name.role == "torque"]
+    columns = max((family.columns for family in families), key=len, default={})
+    names = [joint.name for j, joint in enumerate(log.arm.joints) if j not in columns]
+    if not columns or not names:
+        return "", ""
+    first = log.table.names[min(columns.values())[0]]
+    fault = f"{first} ... are torques, but none is of {listed_names(names)}"
+    return fault, f"{argument('map', f'torque:{names[0]}=COLUMN')} names a column"
+
+
+def _only_currents(log: NamedLog) -> tuple[str, str]:
+    """That columns are currents, "" if there are fewer than joints, and what makes torques of them."""
+    columns, n = [k for k, name in enumerate(log.names) if name.role == "current"], log.arm.n_joints
+    if len(columns) < n:
+        return "", ""
+    fault = f"{log.table.names[columns[0]]} ... are currents"
+    return fault, f"{argument('torque_constant', 'LIST')} takes {n} joint torques per ampere"
 
 
 def _in_foreign_unit(log: NamedLog, role: str) -> tuple[str, str]:
