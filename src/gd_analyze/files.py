@@ -289,7 +289,8 @@ def require_one_run(
             where=Location(folder),
             expected="no files, or those of a run with the same arm, motion and options",
             found=", ".join(asked_else or remaining),
-            next_step="choose another folder, write all formats, or replace them with overwrite=True",
+            next_step=f"choose another folder{'' if asked_else else ', write all formats'}, "
+            "or replace them with overwrite=True",
         )
     return tuple(folder / name for name in remaining)
 

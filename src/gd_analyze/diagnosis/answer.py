@@ -16,6 +16,7 @@ from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit
 from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.errors import in_options
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import enumerated, named_joints, percent
 
 _BINS = 10  # bins of a quantity that a residual may follow
@@ -179,9 +180,14 @@ def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
     return f"fits {' and, '.join(texts)}"
 
 
+def is_identified(arm: RobotArm) -> bool:
+    """Whether `gd-analyze identify` wrote an arm's file."""
+    return any(text.startswith(IDENTIFIED) for text in arm.sources)
+
+
 def is_for_identification(diagnosis: Diagnosis) -> bool:
     """Whether links fitted to the log, which they were not before, may explain what no cause does."""
-    if any(text.startswith(IDENTIFIED) for text in diagnosis.arm.sources):
+    if is_identified(diagnosis.arm):
         return False
     if diagnosis.causes:
         return bool(diagnosis.made_worse)

@@ -134,7 +134,7 @@ class TorqueScale(Hypothesis):
                 _scaled(problem, factor * all_joints),
                 numbers=1 if more else 0,
                 alternatives=1 if more else len(FACTORS),
-                unsure=f"all masses of the file are {number(1.0 / factor)} times the robot's{more}",
+                unsure=f"all masses of the file are {number(factor)} times the robot's{more}",
             )
 
 

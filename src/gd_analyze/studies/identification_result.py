@@ -192,7 +192,10 @@ def _headline(identification: Identification, answer: Supported | str | None) ->
         )
     elif identification.kept:
         kept_joints = named_joints(identification.kept, n)
-        text += f" At {kept_joints} the file's values stay: the logs do not improve them."
+        text += (
+            f" At {kept_joints} the torque along the logs stays that of the file, which they do not improve; "
+            "numbers of these links may change with the others'."
+        )
     if identification.doubts:
         remark = f" ({len(identification.doubts) - 1} more below)" if len(identification.doubts) > 1 else ""
         return f"Doubtful: {identification.doubts[0]}{remark}. {text}"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gd_analyze.arguments import require_flags_of
+from gd_analyze.diagnosis.answer import is_identified
 from gd_analyze.dynamics.dominance import DOMINANCE_THRESHOLD
 from gd_analyze.errors import UsageError, require_type
 from gd_analyze.motions.margin import Margin
@@ -118,6 +119,8 @@ class Settings:
 def default_folder(arm: RobotArm, trajectory: Trajectory, settings: Settings) -> Path:
     """Default folder of the results; its name contains the options that are not defaults."""
     words, usual = [arm.name, trajectory.name], Settings().described
+    if is_identified(arm):
+        words.insert(1, "identified")
     for key, value in settings.described.items():
         if value != usual[key]:
             name = key.replace("_", "-")

@@ -93,7 +93,9 @@ def warn_of_inputs(inputs: RunInputs) -> None:
 
 def source_of(arm: RobotArm, trajectory: Trajectory, settings: Settings, command: str = "") -> dict[str, str]:
     """Origin of the results; the inputs and what the results state of the motion mark the run."""
-    inputs = [arm.name, trajectory.name, settings.described, *(motion.name for motion in trajectory.motions)]
+    motions = [motion.name for motion in trajectory.motions]
+    # Two files may describe robots of one name: their names are among the sources.
+    inputs = [arm.name, *arm.sources, trajectory.name, settings.described, *motions]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
     return provenance_of_run(command, inputs, [describe(arm), motion], repeats=True)
 
