@@ -37,7 +37,7 @@ def test_a_right_file_needs_no_fit(puma, log):
     diagnosis = log_verdict(puma, [log]).diagnosis
     assert diagnosis is not None
     # Noise of 1 % of the torques, and accelerations of noisy positions.
-    assert (diagnosis.as_filed < 0.1).all()
+    assert (diagnosis.as_filed.share < 0.1).all()
     assert diagnosis.needing_a_fit == ()
     assert not is_for_identification(diagnosis)
 
@@ -62,6 +62,6 @@ def test_the_residual_as_filed_is_that_of_the_compared_torques(puma, log):
     share = compared.friction.rms / compared.rms_measured
     # The samples include readings near a reversal, which the comparison leaves out as the filter smears
     # friction there; the RMS of 400 independent ones is uncertain by 4 %.
-    ratio = diagnosis.as_filed / share
+    ratio = diagnosis.as_filed.share / share
     assert (ratio > 0.9).all()
     assert (ratio < 1.25).all()

@@ -10,7 +10,7 @@ import click
 
 import gd_analyze as gd
 from gd_analyze.cli import options
-from gd_analyze.cli.log_options import log_options, read_motion
+from gd_analyze.cli.log_options import log_options, read_motion, read_motions
 from gd_analyze.cli.options import DRAWN, TRAJECTORY, OutputPath
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.rules import excludes, is_given, needs
@@ -115,9 +115,10 @@ def evaluate(
 @click.option(
     "--along",
     type=TRAJECTORY,
+    multiple=True,
     metavar="TRAJECTORY",
-    help="Bound the error near a motion: a CSV file, a shipped name, or - for standard input. Without it, "
-    "within the arm's limits.",
+    help="Bound the error near a motion: a CSV file, a shipped name, or - for standard input; for a model of "
+    "several motions, each of them. Without it, within the arm's limits.",
 )
 @log_options
 @options.margin
@@ -131,7 +132,12 @@ def evaluate(
 @click.option("--check", is_flag=True, help="Prove again the certificate stated in the model's file.")
 @reporting
 def certify(
-    model: Path, along: str | None, margin: gd.types.Margin | None, effort: int, check: bool, output: Output
+    model: Path,
+    along: tuple[str, ...],
+    margin: gd.types.Margin | None,
+    effort: int,
+    check: bool,
+    output: Output,
 ) -> None:
     r"""Bound the torque error of a simplified model along a motion, or within the arm's limits.
 
@@ -139,7 +145,7 @@ def certify(
     largest error that a search found is shown beside each bound, and D's smallest eigenvalue is bounded.
 
     --check proves again what the file states: the exit code is 0 if every bound holds, 1 if one does not. If
-    the motion is not a shipped one, name its file with --along.
+    the motion is not a shipped one, name its file with --along, and each of several motions.
 
     \b
     Examples:
@@ -157,7 +163,7 @@ def certify(
         from gd_analyze.studies.proof import proof, proven_again
 
         loaded = gd.load_model(model)
-        motion = None if along is None else read_motion(along, loaded.arm, progress)
+        motion = read_motions(along, loaded.arm, progress) if along else None
         if motion:
             loaded = loaded.stating(loaded.accuracy.along(motion.fingerprint))
         if motion and loaded.accuracy.fitted_on.get("trajectory_fingerprint") == motion.fingerprint:

@@ -74,7 +74,8 @@ def word_of(diagnosis: Diagnosis) -> Word:
     is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
     # Drives that a file states are part of what it says.
     is_in_part |= (
-        bool(diagnosis.arm.drives) and float(np.nanmax(diagnosis.as_filed, initial=0.0)) > MOST_REMAINDER
+        bool(diagnosis.arm.drives)
+        and float(np.nanmax(diagnosis.as_filed.share, initial=0.0)) > MOST_REMAINDER
     )
     return "agrees in part" if is_in_part else "agrees"
 
@@ -150,7 +151,7 @@ def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
     Where they do not agree and no joint stands out, these are all that are compared.
     """
     useless = {fault.joint + 1 for fault in diagnosis.faults if fault.is_of_column}
-    if useless:
+    if useless or not diagnosis.tells:
         return tuple(sorted(useless))
     residuals, moving = diagnosis.before.residuals, diagnosis.problem.moving
     joints = tuple(i + 1 for i in moving if residuals[i] > MOST_RESIDUAL_SHARE)
@@ -161,13 +162,14 @@ def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
 
 def _is_misfit(diagnosis: Diagnosis) -> bool:
     """Whether file and log differ by more than a file's usual error, or the causes explain most of it."""
-    as_filed, mended = (float(np.nansum(x**2)) for x in (diagnosis.as_filed, diagnosis.as_mended))
+    shares = (diagnosis.as_filed.share, diagnosis.as_mended.share)
+    as_filed, mended = (float(np.nansum(x**2)) for x in shares)
     return is_unexplained(diagnosis.before) or mended < MOST_REMAINDER**2 * as_filed
 
 
 def _of_good(diagnosis: Diagnosis, good: Sequence[int]) -> str:
     """Which joints, from 0, the file fits, as it is and once its links are fitted: "fits joints 2 to 4"."""
-    n, as_filed = diagnosis.arm.n_joints, diagnosis.as_filed
+    n, as_filed = diagnosis.arm.n_joints, diagnosis.as_filed.share
     right = [i for i in good if as_filed[i] <= MOST_RESIDUAL_SHARE]
     mended = [i for i in good if i not in right]
     texts = []
@@ -209,7 +211,7 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
     text = f"The file {subject}: with {enumerated(fitted)} fitted, {_left(diagnosis, compared)}."
     if diagnosis.needing_a_fit:
         joints = named_joints(diagnosis.needing_a_fit, n)
-        text += f" As it is, up to {percent(float(np.nanmax(diagnosis.as_filed)))} is left at {joints}."
+        text += f" As it is, up to {percent(float(np.nanmax(diagnosis.as_filed.share)))} is left at {joints}."
     not_compared = [i + 1 for i in range(n) if i not in compared]
     if not_compared:
         text += f" Of {named_joints(not_compared, n)} the log says nothing."

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
@@ -10,16 +12,23 @@ from gd_analyze.diagnosis.hypothesis import Problem
 from gd_analyze.dynamics.friction import left_by_friction
 
 
-def residuals_as_filed(problem: Problem) -> FloatArray:
-    """Residual of all samples by joint, as a share of the torque's RMS, (n,); nan if not compared.
+class AsFiled(NamedTuple):
+    """What is left of each joint's torque at the samples, (n,); nan where a joint is not compared."""
+
+    rms: FloatArray  # N m (N)
+    share: FloatArray  # of the RMS of the measured torque
+
+
+def left_as_filed(problem: Problem) -> AsFiled:
+    """Compare measured torque with that of the file as it is, and friction.
 
     Friction is fitted to the same samples: three numbers of hundreds. Those of a part of a log are not those
     of the whole, as friction falls while a robot warms. What hypotheses added, such as a payload, keeps the
     numbers of the fit.
     """
-    out = np.full(problem.n, np.nan)
+    left = AsFiled(*np.full((2, problem.n), np.nan))
     if not problem.moving:
-        return out
+        return left
     samples, correction, arm = problem.samples, problem.correction, problem.arm
     columns, counts, shared = corrected_columns(samples, correction)
     n_added = sum(unknowns.columns.shape[2] for unknowns in correction.added)
@@ -32,6 +41,7 @@ def residuals_as_filed(problem: Problem) -> FloatArray:
         acceleration, direction, velocity, _ = of_joint[:, shared:file_place].T
         model = of_joint[:, file_place] + inertia[i] * acceleration
         model = model + of_joint[:, shared - n_added : shared] @ added
-        residual, size = left_by_friction(measured - model, direction, velocity), float(np.mean(measured**2))
-        out[i] = np.sqrt(np.mean(residual**2) / size) if size > 0.0 else np.nan
-    return out
+        residual = left_by_friction(measured - model, direction, velocity)
+        left.rms[i], size = (float(np.sqrt(np.mean(x**2))) for x in (residual, measured))
+        left.share[i] = left.rms[i] / size if size > 0.0 else np.nan
+    return left

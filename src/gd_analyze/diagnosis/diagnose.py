@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arguments import strict
-from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.as_filed import residuals_as_filed
+from gd_analyze.diagnosis.as_filed import AsFiled, left_as_filed
 from gd_analyze.diagnosis.causes import (
     CLEAR_FALL,
     MOST_RESIDUAL_SHARE,
@@ -99,24 +98,25 @@ class Diagnosis:
         return html_of(title, ["joint", "remains", "with the causes"], rows, " ".join(causes))
 
     @cached_property
-    def as_filed(self) -> FloatArray:
-        """Residuals by joint of the file as it is, with friction, as shares of torque, (n,)."""
-        return residuals_as_filed(self.problem)
+    def as_filed(self) -> AsFiled:
+        """What the file as it is leaves of each joint's torque, with friction."""
+        return left_as_filed(self.problem)
 
     @cached_property
     def needing_a_fit(self) -> tuple[int, ...]:
         """Joints, from 1, of which the file as it is leaves more than a file's usual error does."""
-        return tuple((1 + np.flatnonzero(self.as_filed > MOST_RESIDUAL_SHARE)).tolist())
+        return tuple((1 + np.flatnonzero(self.as_filed.share > MOST_RESIDUAL_SHARE)).tolist())
 
     @cached_property
-    def as_mended(self) -> FloatArray:
+    def as_mended(self) -> AsFiled:
         """The same with the causes."""
-        return residuals_as_filed(self.corrected) if self.causes else self.as_filed
+        return left_as_filed(self.corrected) if self.causes else self.as_filed
 
     @cached_property
     def made_worse(self) -> tuple[int, ...]:
         """Joints, from 1, of which the file as it is leaves clearly more with the causes than without."""
-        return tuple((1 + np.flatnonzero(self.as_mended > self.as_filed + _WORSE_SHARE)).tolist())
+        worse = self.as_mended.share > self.as_filed.share + _WORSE_SHARE
+        return tuple((1 + np.flatnonzero(worse)).tolist())
 
     @property
     def cause(self) -> Candidate | None:

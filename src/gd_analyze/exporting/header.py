@@ -13,7 +13,7 @@ from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.accuracy import STATED
+from gd_analyze.simplification.accuracy import STATED, gamma_words
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.simplification.model_file import model_text
 from gd_analyze.text import named_joints, number, percent
@@ -60,9 +60,7 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
         yield f"  exact D, h and c, each a function of its own, {totals} operations,"
         yield f"  {apart.sines_cosines} sin and cos."
         if model.accuracy.gamma is not None:
-            use = "feedforward only" if model.is_torque_only else "safe for feedback"
-            size = f"{up(100.0 * model.accuracy.gamma):.3g} %"
-            yield f"Mass matrix within {size} of the exact one: {use}."
+            yield f"Mass matrix {gamma_words(model.accuracy.gamma)}."
             yield "  (The largest |eigenvalue of D^-1 Ds - I|, Ds this D; safe below 100 %.)"
     if subject.torque is not None:
         yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."

@@ -19,10 +19,11 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.report.document import legend_of
 from gd_analyze.report.model_sections import made_of
 from gd_analyze.results.findings import Findings
-from gd_analyze.results.model_facts import gamma_size, structure_note, worst_error
+from gd_analyze.results.model_facts import structure_note, worst_error
 from gd_analyze.results.near_motion import near_bound
 from gd_analyze.results.rows import Row, budget_rows
 from gd_analyze.results.run_facts import stop_rows
+from gd_analyze.simplification.accuracy import gamma_size
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.text import percent, pretty, share_up, thousands

@@ -15,11 +15,12 @@ from gd_analyze.text import amount, named_joints, percent, thousands
 # Words for a joint that the file describes, describes once its links are fitted, or does not describe, and
 # for one of which the log says nothing.
 FITS, NEEDS_FITTING, CONTRADICTED, NOT_COMPARED = "fits", "needs fitting", "contradicted", "not compared"
-# A joint that fits by itself, of a file that the log contradicts as a whole.
-IN_DOUBT = "in doubt"
+# A joint that fits by itself, of a file that the log contradicts as a whole; and one of a log that friction
+# alone explains as well.
+IN_DOUBT, NOT_TOLD = "in doubt", "not told"
 _NOTE = "Residual: measured torque less that of the file as it is and of fitted friction."
 _ON_TERMINAL = [
-    "joint", "peak_measured", "rms_beside_friction", "below_95", "share_left", "bound", "allowed", "said",
+    "joint", "peak_measured", "residual", "below_95", "share_left", "bound", "allowed", "said",
 ]  # fmt: skip
 
 
@@ -33,10 +34,13 @@ def joint_verdicts(findings: Findings) -> list[str]:
     table, log = findings.tables.get("diagnosis"), findings.model.accuracy.log
     if table is None or log is None:
         return [NOT_COMPARED] * findings.arm.n_joints
-    words, residuals = [], zip(table.remains_as_filed.values, table.remains_before.values, strict=True)
-    for joint, (as_filed, fitted) in enumerate(residuals, start=1):
+    words, shares = [], zip(table.remains_as_filed.values, table.remains_before.values, strict=True)
+    tells = findings.tables["measured_torque"].attrs["verdict"] != "tells nothing"
+    for joint, (as_filed, fitted) in enumerate(shares, start=1):
         if np.isnan(as_filed):
             words.append(NOT_COMPARED)
+        elif not tells:
+            words.append(NOT_TOLD)
         elif joint in log.contradicted:
             words.append(CONTRADICTED if fitted > MOST_RESIDUAL_SHARE else IN_DOUBT)
         else:
@@ -44,10 +48,13 @@ def joint_verdicts(findings: Findings) -> list[str]:
     return words
 
 
-def shares_left(findings: Findings) -> FloatArray:
-    """What the file as it is leaves of the torque, (n,), by which it is judged; nan where not compared."""
+def residuals(findings: Findings) -> tuple[FloatArray, FloatArray]:
+    """RMS that the file as it is leaves of the torque, by which it is judged, N m (N), and its share, (n,)."""
     table = findings.tables.get("diagnosis")
-    return np.full(findings.arm.n_joints, np.nan) if table is None else table.remains_as_filed.values
+    if table is None:
+        unknown = np.full(findings.arm.n_joints, np.nan)
+        return unknown, unknown
+    return table.residual_as_filed.values, table.remains_as_filed.values
 
 
 def joints_beside_log(findings: Findings) -> Table:
@@ -60,7 +67,8 @@ def joints_beside_log(findings: Findings) -> Table:
     is_simplified = not model.is_exact
     names = ("bias", "rms_difference", "peak_measured", "explained", "rms_beside_friction")
     values = joint_values(arm.joints) | {name: table[name].values for name in names}
-    values |= {"below_95": table.below_95.values, "share_left": shares_left(findings)}
+    residual, share = residuals(findings)
+    values |= {"residual": residual, "below_95": table.below_95.values, "share_left": share}
     values["said"] = joint_verdicts(findings)
     seen = {
         "bound": error if is_simplified else None,
@@ -95,20 +103,19 @@ def as_good_within_log(findings: Findings) -> str:
 
 def left_in_words(findings: Findings) -> str:
     """What is left at the joints that a figure shows: "0.45 N m RMS, 56 % of the measured torque"."""
-    table, joints = findings.tables["measured_torque"], shown_joints(findings)
-    shares = shares_left(findings)
+    residual, share = residuals(findings)
     texts = [
         f"{named_joints([i + 1], findings.arm.n_joints)}: "
-        f"{amount(float(table.rms_beside_friction.values[i]), findings.arm.joints[i].effort_unit)} RMS, "
-        f"{percent(float(shares[i]))} of the measured torque"
-        for i in joints
+        f"{amount(float(residual[i]), findings.arm.joints[i].effort_unit)} RMS, "
+        f"{percent(float(share[i]))} of the measured torque"
+        for i in shown_joints(findings)
     ]
     return "; ".join(texts)
 
 
 def shown_joints(findings: Findings) -> list[int]:
     """The two joints, from 0, that matter most: those that the file does not fit, then the most left."""
-    shares = np.nan_to_num(shares_left(findings), nan=-1.0)
+    shares = np.nan_to_num(residuals(findings)[1], nan=-1.0)
     verdicts = joint_verdicts(findings)
     order = sorted(range(len(shares)), key=lambda i: (verdicts[i] in (FITS, NOT_COMPARED), -shares[i]))
     return sorted(i for i in order[:2] if shares[i] >= 0.0)

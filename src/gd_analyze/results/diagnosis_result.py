@@ -51,7 +51,8 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     values: dict[str, Any] = {
         "remains_before": diagnosis.before.residuals,
         "remains_after": diagnosis.after.residuals,
-        "remains_as_filed": diagnosis.as_filed,
+        "remains_as_filed": diagnosis.as_filed.share,
+        "residual_as_filed": diagnosis.as_filed.rms,
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),

@@ -13,15 +13,10 @@ from gd_analyze.operations.program import OperationCount
 from gd_analyze.result import AnyFact, Fact, Table, Value, joint_values, value_text
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.schema import declared_columns, declared_table
-from gd_analyze.simplification.accuracy import PROVEN, NormShare, share_of
+from gd_analyze.simplification.accuracy import FEEDFORWARD_ONLY, PROVEN, NormShare, gamma_words, share_of
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
 from gd_analyze.text import percent
-
-# Gamma of an exact D: round-off times the condition number of D, up to 1e5.
-_NO_GAMMA = 1e-9
-# Gamma above which a mass matrix is not called close to the exact one.
-_COARSE_GAMMA = 0.3
 
 
 class WorstError(NamedTuple):
@@ -141,27 +136,11 @@ def gamma_fact(model: SimplifiedModel) -> Fact | Value:
     gamma = model.accuracy.gamma
     if gamma is None or structure_note(model):  # which says it
         return Value("gamma", gamma)
-    return Fact("gamma", "Mass matrix", gamma, text=_gamma_text(gamma))
+    return Fact("gamma", "Mass matrix", gamma, text=gamma_words(gamma))
 
 
 MASS_MATRIX = "Mass matrix, difference from the exact one"
-FEEDFORWARD_ONLY = "feedforward only"
 H_NOTE = "h is not derived from D, so energy is not conserved (`--level energy` keeps it)."
-
-
-def gamma_size(gamma: float | None) -> str:
-    """The figure alone, of which round-off is none."""
-    if gamma is None:
-        return "unknown"
-    return percent(gamma) if gamma > _NO_GAMMA else "0 up to round-off"
-
-
-def _gamma_text(gamma: float) -> str:
-    if gamma >= 1.0:
-        return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
-    if gamma > _COARSE_GAMMA:
-        return f"up to {gamma_size(gamma)} off the exact one, but positive definite: feedback stays stable"
-    return f"within {gamma_size(gamma)} of the exact one: safe for feedback"
 
 
 def structure_note(model: SimplifiedModel) -> str:
@@ -170,7 +149,7 @@ def structure_note(model: SimplifiedModel) -> str:
         return ""
     gamma = model.accuracy.gamma
     h_note = "" if model.level is ENERGY else H_NOTE
-    return "\n".join(filter(None, [h_note, "" if gamma is None else f"Mass matrix {_gamma_text(gamma)}."]))
+    return "\n".join(filter(None, [h_note, "" if gamma is None else f"Mass matrix {gamma_words(gamma)}."]))
 
 
 # What people see of the errors by joint, in order; beside a bound a terminal has no room for the RMS error.

@@ -19,7 +19,6 @@ from gd_analyze.results.findings import Findings
 from gd_analyze.results.model_facts import (
     MASS_MATRIX,
     drives_text,
-    gamma_size,
     headline,
     joint_errors,
     norm_facts,
@@ -31,7 +30,7 @@ from gd_analyze.results.rows import Row, budget_rows, dropped_parts, rows_of
 from gd_analyze.results.shown_tables import not_worth_keeping, text_agreement
 from gd_analyze.results.verdict_lists import DriveShare, verdict_lists
 from gd_analyze.robots.description import fingerprint
-from gd_analyze.simplification.accuracy import STATED
+from gd_analyze.simplification.accuracy import STATED, gamma_size
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.element import ELEMENT
 from gd_analyze.simplification.torque_program import READABLE
@@ -328,7 +327,7 @@ def notices(findings: Findings) -> tuple[str, ...]:
     model_notice = findings.model.notice if is_asked else ""
     stated = ""
     if findings.proof == STATED and tube_bound(findings) is not None:
-        stated = f"Bounds are {STATED}; `gd-analyze certify model.json --check` proves them again."
+        stated = f"Bounds are {STATED}; `{findings.model.accuracy.command_to_check}` proves them again."
     texts = (*motion_result.recording_notices(findings), model_notice, _drives_notice(findings), stated)
     return tuple(filter(None, texts))
 

@@ -13,7 +13,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray, peak_magnitude, round_off_of
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Allowance, Budget, ReferenceTorques
-from gd_analyze.text import amount, named_joints
+from gd_analyze.text import amount, named_joints, percent
 
 if TYPE_CHECKING:
     from pydantic import ConfigDict
@@ -305,6 +305,12 @@ class Accuracy:
         return self
 
     @property
+    def command_to_check(self) -> str:
+        """What proves a stated certificate again."""
+        is_near_motion = self.certificate is not None and self.certificate.trajectory_fingerprint
+        return f"gd-analyze certify MODEL --check{' --along TRAJECTORY' if is_near_motion else ''}"
+
+    @property
     def asked(self) -> Budget:
         """The parsed budget."""
         return Budget.parse(self.budget)
@@ -358,3 +364,26 @@ def budget_notice(arm: RobotArm, accuracy: Accuracy) -> str:
         return ""
     advised = Budget(tuple(entries[:1] if len(set(entries)) == 1 else entries))
     return f'Budget {" and ".join(clauses)}; --budget "{advised}" accounts for it.'
+
+
+FEEDFORWARD_ONLY = "feedforward only"
+# Gamma of an exact D: round-off times the condition number of D, up to 1e5.
+_NO_GAMMA = 1e-9
+# Gamma above which a mass matrix is not called close to the exact one.
+_COARSE_GAMMA = 0.3
+
+
+def gamma_size(gamma: float | None) -> str:
+    """The figure alone, of which round-off is none."""
+    if gamma is None:
+        return "unknown"
+    return percent(gamma) if gamma > _NO_GAMMA else "0 up to round-off"
+
+
+def gamma_words(gamma: float) -> str:
+    """How far the mass matrix is off, and what it is fit for."""
+    if gamma >= 1.0:
+        return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
+    if gamma > _COARSE_GAMMA:
+        return f"up to {gamma_size(gamma)} off the exact one, but positive definite: feedback stays stable"
+    return f"within {gamma_size(gamma)} of the exact one: safe for feedback"

@@ -183,6 +183,8 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     Near these states gamma may be larger than at them.
     """
     exact, stated = ExactDynamics.of(model.arm, states, model.drives), model.accuracy
+    if stated.log is not None:
+        exact = replace(exact, left_of_log=stated.log.left)
     allowed = exact.allowed(stated.asked)
     gamma = model.gamma(exact) if stated.gamma is None else max(stated.gamma, model.gamma(exact))
     accuracy = replace(stated, allowed=allowed, gamma=gamma, measured=True)

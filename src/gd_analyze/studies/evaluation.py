@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
@@ -399,6 +399,8 @@ def _evaluated(
 ) -> EvaluatedMotion:
     """The verdict on one motion; the largest torques over all are shape (n,)."""
     exact, states = computed.dynamics, computed.dynamics.states
+    if model.accuracy.log is not None:
+        exact = replace(exact, left_of_log=model.accuracy.log.left)
     arm, measured = exact.arm, None
     accuracy = model.accuracy.along(str(states.described.get("trajectory_fingerprint", "")))
     everywhere = np.ones(len(states), dtype=bool)
@@ -411,7 +413,7 @@ def _evaluated(
     else:
         # A share of torque is undefined for a joint that needs none along this motion.
         needs_torque = computed.errors.peak_torque > 0.0
-        over_all = ReferenceTorques(arm, peaks, exact.uncertainty)
+        over_all = ReferenceTorques(arm, peaks, exact.uncertainty, exact.left_of_log)
         allowed = np.where(needs_torque, exact.allowed(fail_over), allowed_by(fail_over, over_all))
         limit = _Limit(allowed, everywhere)
     if motion is not None:

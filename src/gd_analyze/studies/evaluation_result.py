@@ -118,7 +118,7 @@ def _notices(evaluation: Evaluation) -> tuple[str, ...]:
         return tuple(notices)
     step = "`--fail-over 1%` takes one from the exact torque"
     if evaluation.model.accuracy.certificate is not None:
-        step = "`gd-analyze certify MODEL --check` proves its bounds again"
+        step = f"`{evaluation.model.accuracy.command_to_check}` proves its bounds again"
     return (*notices, f"The limits are {STATED}, and were not checked here; {step}.")
 
 
