@@ -149,7 +149,8 @@ def budget_words(budget: str) -> str:
     text = Budget.parse(budget).words
     rounded = re.sub(r"\d+(\.\d+)?(e[+-]?\d+)?", lambda match: f"{float(match[0]):.3g}", text)
     words = re.sub(r"% limit", " % of the torque limit", pretty(rounded))
-    words = re.sub(r"^log", "the log's residual", re.sub(r"% log", " % of the log's residual", words))
+    of_log = "the log's residual with fitted links"
+    words = re.sub(r"^log", of_log, words.replace("% log", f" % of {of_log}"))
     words = re.sub(r"% (?=friction|uncertainty)", " % of ", words)
     return re.sub(r"%(?=$|,| or)", " % of peak torque", words)
 

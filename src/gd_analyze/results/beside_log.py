@@ -49,7 +49,7 @@ def joint_verdicts(findings: Findings) -> list[str]:
 
 
 def residuals(findings: Findings) -> tuple[FloatArray, FloatArray]:
-    """RMS that the file as it is leaves of the torque, by which it is judged, N m (N), and its share, (n,)."""
+    """RMS that the file as it is leaves of the torque, N m (N), (n,), and its share, which judges it."""
     table = findings.tables.get("diagnosis")
     if table is None:
         unknown = np.full(findings.arm.n_joints, np.nan)

@@ -94,6 +94,8 @@ def _used_words(row: Row, proof: str) -> str:
     share = row["proven_share"]
     if share is None or share > 1.0:
         return "not proven"
+    if share == 0.0:
+        return "exact up to round-off"
     reached = value_text(share, "", "bound_percent")
     return f"the worst joint reaches {reached} of its allowance ({proof})"
 

@@ -162,7 +162,7 @@ def ranking_table(findings: Findings, top: int | None = None) -> Table:
 def _text_words(row: Row) -> str:
     """[FGL87]'s verdict and whether it is ours."""
     verdict = row["text_verdict"]
-    return f"{'✓' if verdict == row['dominant'] else '≠'} {verdict}" if verdict else "–"
+    return f"{'✓' if verdict == row['verdict'] else '≠'} {verdict}" if verdict else "–"
 
 
 def ranked_terms_table(findings: Findings) -> Table:

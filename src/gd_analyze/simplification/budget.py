@@ -199,7 +199,7 @@ class Budget:
         if self.wholes != {"log"} or len(self.entries) == 1:
             return str(self)
         shares = [100.0 * max(allowance.amount for allowance in entry) for entry in self.entries]
-        return f"{min(shares):g} to {max(shares):g} % of the log's residual"
+        return f"{min(shares):g} to {max(shares):g} % of the log's residual with fitted links"
 
     @property
     def shares_of(self) -> str:

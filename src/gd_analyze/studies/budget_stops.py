@@ -114,6 +114,7 @@ def _row(stop: Stop) -> dict[str, Any]:
         return {**unknown, "terms_beyond": stop.terms_beyond, "proven_share": np.nan, "gamma": np.nan}
     model, certificate = stop.held.model, stop.held.certificate
     gamma, allowed = model.accuracy.gamma, model.accuracy.allowed
+    proven_share = np.nan if certificate is None else float((certificate.counting / allowed).max())
     return {
         "terms": len(model.terms),
         "operations": model.functions.operations.total,
@@ -121,6 +122,7 @@ def _row(stop: Stop) -> dict[str, Any]:
         "sines_cosines": model.functions.operations.sines_cosines,
         "sines_cosines_torque": model.operations.sines_cosines,
         "terms_beyond": stop.terms_beyond,
-        "proven_share": np.nan if certificate is None else (certificate.counting / allowed).max(),
+        # The exact torque has no error but round-off.
+        "proven_share": 0.0 if model.is_exact else proven_share,
         "gamma": np.nan if gamma is None else gamma,
     }

@@ -156,7 +156,7 @@ def formulations_compared(
         facts=(
             Fact(
                 "operations_full",
-                "Exact torque, the reference for models",
+                f"Exact torque{' without drives' if arm.drives else ''}, the reference for models",
                 asdict(exact),
                 text=str(exact),
             ),
