@@ -191,8 +191,9 @@ class TorqueLimitWarning(LeadingWarning):
     """A motion takes more torque than the arm's drives give."""
 
 
-def warn_caller(warning: GdAnalyzeWarning) -> None:
+def warn_caller(warning: GdAnalyzeWarning | str) -> None:
     """Give a warning from the line that called the library, as filters and `pytest.warns` expect it."""
+    warning = GdAnalyzeWarning(warning) if isinstance(warning, str) else warning
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_OURS):
         frame, level = frame.f_back, level + 1

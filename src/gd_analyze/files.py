@@ -14,14 +14,20 @@ import stat
 import sys
 import tempfile
 import time
-import warnings
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from gd_analyze.errors import GdAnalyzeWarning, Location, OutputError, StorageError, UsageError, require_type
+from gd_analyze.errors import (
+    Location,
+    OutputError,
+    StorageError,
+    UsageError,
+    require_type,
+    warn_caller,
+)
 
 RESULT_FILES = {
     "h5": "analysis.h5",
@@ -258,11 +264,9 @@ def warn_of_others(path: Path, mark: str) -> None:
         return
     foreign = _others(path.parent, [name for name in RESULT_FILES.values() if name != path.name], mark)
     if foreign:
-        warnings.warn(
+        warn_caller(
             f"files of different runs in {path.parent}: {', '.join(foreign)} differ from {path.name}; "
-            "`gd-analyze report` with the folder's analysis.h5 rebuilds them",
-            GdAnalyzeWarning,
-            stacklevel=3,
+            "`gd-analyze report` with the folder's analysis.h5 rebuilds them"
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from gd_analyze.cli.given import GivenRobot, robot_given
 from gd_analyze.cli.options import NameList, OutputPath
 from gd_analyze.cli.other_words import OF_FUNCTIONS, OF_LANGUAGES
 from gd_analyze.cli.output import Output, reporting, require_outputs
-from gd_analyze.errors import GdAnalyzeWarning, ModelError, OutputError
+from gd_analyze.errors import ModelError, OutputError, warn_caller
 from gd_analyze.exporting.names import LANGUAGES
 
 if TYPE_CHECKING:
@@ -129,7 +128,7 @@ def export(
             except ModelError as error:
                 subject = replace(subject, unproven=error.what)
                 message = f"no bound is written: {error.what}; --no-bound omits it without a warning"
-                warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
+                warn_caller(message)
         progress.stage("writing")
         exported = written(subject, languages, scalar, tests=tests)
         exported.save(out)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.log_options import log_options, read_motions
 from gd_analyze.cli.options import DRAWN, ROBOT, together
-from gd_analyze.errors import BranchError, UsageError
+from gd_analyze.errors import BranchError, UsageError, warn_caller
 from gd_analyze.units import Quantity
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ class GivenRobot:
             message = (
                 f"{error.what}: the arm is assumed to end at link {tip}, after the last joint in the log"
             )
-            warnings.warn(f"{message}; --tip chooses another", gd.GdAnalyzeWarning, stacklevel=2)
+            warn_caller(f"{message}; --tip chooses another")
             arm = gd.load_arm(self.name, **words | {"tip": tip})
         if masses:
             from gd_analyze.robots.catalogue import arm_with_masses

@@ -18,7 +18,7 @@ from gd_analyze.diagnosis.faults import Fault, without_faults
 from gd_analyze.diagnosis.hypothesis import Candidate
 from gd_analyze.diagnosis.of_one_log import FrictionOfLogs
 from gd_analyze.diagnosis.remedies import Remedy, another_column, reversed_torques
-from gd_analyze.errors import GdAnalyzeWarning, UsageError
+from gd_analyze.errors import GdAnalyzeWarning, UsageError, warn_caller
 from gd_analyze.identification.consistent import bounded, consistent
 from gd_analyze.identification.doubts import doubts_of, scale_error
 from gd_analyze.identification.estimate import (
@@ -192,7 +192,7 @@ def _without_faults(arm: RobotArm, motion: Trajectory, faults: list[Fault], anyw
     for fault in mentioned(told):
         by_name.setdefault(fault.name, []).append(fault)
     for group in by_name.values():
-        warnings.warn(f"{where}: {faults_in_words(group, arm.n_joints)}", GdAnalyzeWarning, stacklevel=3)
+        warn_caller(f"{where}: {faults_in_words(group, arm.n_joints)}")
     faults += [replace(fault, what=f"{fault.what} ({where})") for fault in told]
     return motion
 
@@ -381,7 +381,7 @@ def _identified(
     identified = identified_arm(arm, values, spread_of(arm, estimate, unknowns), unknowns, of_log)
     doubts = (*doubts_of_logs, *doubts_of(arm, identified, [*fitted, *held_out_motions], physical=physical))
     for text in doubts:
-        warnings.warn(text, GdAnalyzeWarning, stacklevel=4)
+        warn_caller(text)
     return Identification(
         stated_arm=arm,
         arm=replace(identified, doubts=(*identified.doubts, *doubts)),
@@ -416,7 +416,7 @@ def _require_torque_that_tells(arm: RobotArm, rows: Sequence[JointRows]) -> None
     if still:
         joints = named_joints(still, arm.n_joints)
         message = f"{joints} does not move, or has no usable torque: its torque is not informative"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+        warn_caller(message)
 
 
 def _require_friction_that_brakes(
@@ -453,7 +453,7 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
         )
     if unseen:
         message = f"{named_joints(unseen, n)} does not move in the held-out rows: its torque is not judged"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+        warn_caller(message)
     poor = [i for i in judged if shares[i] > _FAULTY_RMS_SHARE]
     nothing = [i for i in poor if shares[i] ** 2 > _USELESS_SQUARE_SHARE]
     worse = [
@@ -477,7 +477,7 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
             "beginning, cannot predict",
         )
     message += f": {_search_of_cause(arm)}"
-    warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+    warn_caller(message)
 
 
 def _search_of_cause(arm: RobotArm) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, runs
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import TrajectoryError, warn_caller
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.sampling import (
     EQUAL_STAMP_STEP_SHARE,
@@ -147,7 +146,7 @@ def require_sound(
     lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED_LINES + 1]), len(rows))
     if drop:
         omission = f"{len(rows)} corrupt row{'s' if several else ''} left out"
-        warnings.warn(f"log {name}: {omission}: {lines}", GdAnalyzeWarning, stacklevel=4)
+        warn_caller(f"log {name}: {omission}: {lines}")
         return
     step = "; ".join(
         filter(None, (details.get("next"), f"drop_rows=True leaves {'them' if several else 'the row'} out"))

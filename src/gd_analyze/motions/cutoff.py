@@ -6,14 +6,13 @@ Motion and noise are distinguished by their spectra: see docs/decisions/0021-cut
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.sampling import Sampling
 from gd_analyze.text import named_joints, significant
@@ -288,7 +287,7 @@ def chosen(
             f"accelerations above {significant(highest)} Hz in the log, left out: {named_joints(joints, n)}"
         )
         advice = f"{significant(1 / sampling.step)} readings per second are too few for these; log faster"
-        warnings.warn(f"{message}; {advice}", GdAnalyzeWarning, stacklevel=4)
+        warn_caller(f"{message}; {advice}")
     rule = "least expected error of the accelerations"
     if best_cutoffs[place] >= highest * 0.999:
         slow = best_cutoffs[place] < _HIGHEST_HERTZ * 0.999

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.motions.reading import refusal
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.motions.units_by_numbers import look_like_degrees, options_of, slow_motion
@@ -184,7 +183,7 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         if (high - low <= noise_span).all():
             messages.append("no joint moves by more than its noise: the arm stands still")
     for message in [*messages, *mistakes]:
-        warnings.warn(f"trajectory {trajectory.name}: {message}", GdAnalyzeWarning, stacklevel=3)
+        warn_caller(f"trajectory {trajectory.name}: {message}")
 
 
 def _exceeded_limits(trajectory: Trajectory, arm: RobotArm, suspects: Sequence[int]) -> Iterator[str]:

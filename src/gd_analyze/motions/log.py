@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.motions.column_units import units_of
 from gd_analyze.motions.columns import Choice, ColumnUse
 from gd_analyze.motions.corrections import as_options, typed
@@ -207,7 +206,7 @@ def _tell(name: str, clock: tuple[str, str], degrees: Mapping[str, str]) -> None
         message = (
             f"no unit is stated, and the numbers say {', '.join(facts)}: {options_of(units)} confirms this"
         )
-        warnings.warn(f"log {name}: {message}", GdAnalyzeWarning, stacklevel=4)
+        warn_caller(f"log {name}: {message}")
 
 
 def _columns(numbers: FloatArray, places: Sequence[int], factors: FloatArray) -> FloatArray:

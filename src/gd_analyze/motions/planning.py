@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from gd_analyze.arguments import require_word
 from gd_analyze.arrays import FloatArray, array_of, require_possible
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError, warn_caller
+from gd_analyze.errors import TrajectoryError, warn_caller
 from gd_analyze.motions.limits import ROUNDING, LimitReport, angle, joint_label, limit_report
 from gd_analyze.motions.profiles import PROFILES, Profile
 from gd_analyze.motions.reading import refusal
@@ -173,7 +173,7 @@ def _judge(
         raise refusal(
             message, where, expected, violations, f"{remedy}; allow_violations=True plans it anyway"
         )
-    warn_caller(GdAnalyzeWarning(f"{message}: {'; '.join(violations)}; {remedy}"))
+    warn_caller(f"{message}: {'; '.join(violations)}; {remedy}")
 
 
 def _sample(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
@@ -12,7 +11,7 @@ from types import NoneType
 import numpy as np
 
 from gd_analyze.arguments import strict
-from gd_analyze.errors import GdAnalyzeWarning, Location, TrajectoryError, require_type
+from gd_analyze.errors import Location, TrajectoryError, require_type, warn_caller
 from gd_analyze.motions.columns import chosen_columns
 from gd_analyze.motions.formats import files_in, log_source, log_table
 from gd_analyze.motions.limits import check_against_arm
@@ -99,7 +98,7 @@ def motion_of(
     if look_like_radians(reach) and (high > low).any():
         looks = f"angles in degrees stay within {reach.max():.3g} of zero, which looks like radians"
         message = f"trajectory {trajectory.name}: {looks}; if they are, name the columns without the unit"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
+        warn_caller(message)
     check_against_arm(trajectory, arm)
     return trajectory
 
@@ -150,7 +149,7 @@ def read_log(
         origin += f"; made by: {command}"
     choice, columns = chosen_columns(table, arm, reading, progress)
     for remark in choice.remarks:
-        warnings.warn(f"log {name}: {remark}", GdAnalyzeWarning, stacklevel=2)
+        warn_caller(f"log {name}: {remark}")
     return log_of(table, arm, reading, choice, columns, visible(name), visible(origin))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, frozen
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import TrajectoryError, warn_caller
 from gd_analyze.motions.reading import refusal
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import named_joints, significant
@@ -99,7 +98,7 @@ def sampling_of(
         notes.append(f"rows with the stamp of the next one, {remedy}")
         if same > _WARNED_EQUAL_SHARE * len(rows):
             message = f"log {name}: {same} of {len(rows)} stamps are repeated; rows {remedy}"
-            warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
+            warn_caller(message)
     rows, times = rows[is_kept], times[is_kept]
     begins = np.concatenate([[0], np.flatnonzero(np.diff(times) > gap) + 1])
     lengths = np.diff(np.append(begins, len(times)))

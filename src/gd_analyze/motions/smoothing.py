@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gd_analyze.arrays import FloatArray, chunks
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.motions.columns import ColumnUse
 from gd_analyze.motions.cutoff import Source, chosen
 from gd_analyze.motions.log import Log
@@ -105,7 +104,7 @@ def _as_readings(logged: Log) -> Log:
     """Treat a log as a recording although its names do not say so."""
     reason = "its accelerations are noise, so it is treated as a recording and smoothed"
     message = f"trajectory {logged.name}: {reason}; --planned uses its rows unchanged"
-    warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
+    warn_caller(message)
     return replace(logged, measured=True, gaps=None, judged=False)
 
 
@@ -118,7 +117,7 @@ def _without_sparse(logged: Log) -> Log:
         n_given = count if values is None else int((has_position & np.isfinite(values).all(axis=1)).sum())
         if 2 * n_given < count:
             message = f"log {logged.name}: {name} left out, given in {n_given} of {count} rows with positions"
-            warnings.warn(message, GdAnalyzeWarning, stacklevel=5)
+            warn_caller(message)
             logged = replace(logged, qd=None) if name == "qd" else replace(logged, qdd=None)
     return logged
 
@@ -166,7 +165,7 @@ def _sources(sampled: Log, sampling: Sampling, treatment: Treatment) -> list[Sou
     mistakes = contradictions(sampled.time, sampled.q, sampled.qd, None, sampling.gaps)
     if mistakes:
         message = f"log {sampled.name}: {'; '.join(mistakes)}; the measured velocities are not used"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=6)
+        warn_caller(message)
         return sources
     return [*sources, Source.of(sampling, sampled.qd, 1)]
 

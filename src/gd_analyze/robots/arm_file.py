@@ -250,7 +250,7 @@ def read_arm(path: str | Path) -> RobotArm:
     arm = _arm(parsed_toml(path, content, "arm file"), place)
     if re.fullmatch(r"[A-Za-z0-9][\w.-]*", arm.name, re.ASCII) is None:
         raise place.at("name").error("is not a word", None, in_python(arm.name))
-    warn_of_implausible(arm, stacklevel=3)
+    warn_of_implausible(arm)
     return arm
 
 

@@ -130,7 +130,7 @@ def with_numbers(arm: RobotArm, given: Mapping[str, object]) -> RobotArm:
         if fault not in known_faults:
             raise ArmError(f"{listed} gives no valid arm", where=", ".join(given), found=fault)
     changed = replace(changed, assumptions=(*arm.assumptions, f"In place of the arm's numbers: {listed}."))
-    warn_of_implausible(changed, stacklevel=2)
+    warn_of_implausible(changed)
     return changed
 
 

@@ -121,7 +121,7 @@ def load_arm(
 
         robot = arm_of_robot(name_or_path if path is None else path, tip, base, locked)
         arm = _supplemented(with_limits(robot, limits), gravity, drive_inertia)
-        warn_of_implausible(arm, stacklevel=2)
+        warn_of_implausible(arm)
         return arm
     if tip is not None or base is not None or locked:
         message = f"arm {name_or_path} is a single chain with all joints moving: there is nothing to choose"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, members
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, Location, UsageError, argument
+from gd_analyze.errors import ArmError, Location, UsageError, argument, warn_caller
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.text_file import parsed_toml, read_text
 from gd_analyze.text import LARGEST, in_python, visible
@@ -242,7 +241,7 @@ def box_limits(arm: RobotArm) -> BoxLimits:
     if assumed:
         listed = "; ".join(assumed)
         message = f"arm {arm.name} does not state all limits: for a box of states, {listed} is assumed"
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=3)
+        warn_caller(message)
     span, fast, jerky = (np.array([values[joint.kind] for joint in arm.joints]) for _, values, _ in _ORDINARY)
     return BoxLimits(
         np.where(stated[0], lower, -span),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gd_analyze.arrays import array_of
-from gd_analyze.errors import ArmError, GdAnalyzeWarning, UsageError
+from gd_analyze.errors import ArmError, UsageError, warn_caller
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_of
 from gd_analyze.robots.parts import Link, entries_of, of_point_mass, symmetric_tensor
@@ -57,7 +56,7 @@ def with_payload(
     com = turn @ load.com + arm.tip_frame.translation
     body = dataclasses.replace(load, com=com, inertia_com=turn @ load.inertia_com @ turn.T)
     for message in check_payload(body, arm.reach):
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=2)
+        warn_caller(message)
     last = arm.links[-1]
     together = last.mass + body.mass
     com = (last.mass * last.com + body.mass * body.com) / together if together > 0 else last.com

@@ -7,13 +7,12 @@ files, and far below the values that a wrong unit gives.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator
 from itertools import accumulate, zip_longest
 
 import numpy as np
 
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.bodies import (
     MOST_JOINTS_WITH_TERMS,
@@ -63,10 +62,10 @@ def implausible(arm: RobotArm) -> tuple[str, ...]:
     return tuple(dict.fromkeys(sentences))
 
 
-def warn_of_implausible(arm: RobotArm, stacklevel: int) -> None:
-    """Warn of each suspicious number with a GdAnalyzeWarning that points `stacklevel` calls up."""
+def warn_of_implausible(arm: RobotArm) -> None:
+    """Warn of each suspicious number."""
     for message in implausible(arm):
-        warnings.warn(message, GdAnalyzeWarning, stacklevel=stacklevel + 1)
+        warn_caller(message)
 
 
 def inconsistent_inertias(arm: RobotArm) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from gd_analyze.dynamics.mass_matrix import require_positive_definite
 from gd_analyze.dynamics.pinocchio_check import round_off_bounds
 from gd_analyze.dynamics.torque_limits import warn_of_torque_limits, warn_of_weight
 from gd_analyze.dynamics.uncertainty import torque_uncertainty
-from gd_analyze.errors import GdAnalyzeWarning, require_type, warn_caller
+from gd_analyze.errors import require_type, warn_caller
 from gd_analyze.motions.pool import GivenMotions, trajectory_of
 from gd_analyze.motions.states import States, motions_in, require_dataset, states_for, states_of
 from gd_analyze.motions.trajectory import Motion, Trajectory, listed
@@ -253,7 +253,7 @@ def _warn_without_torque(exact: ExactDynamics) -> None:
         largest = f"{float(np.abs(exact.torque).max()):.1e} N m"
         text = f"no joint of {exact.arm.name} needs torque here beyond round-off ({largest}): there is "
         text += "nothing to rank, and a model without operations is exact"
-        warn_caller(GdAnalyzeWarning(text))
+        warn_caller(text)
 
 
 def require_exact(value: object) -> None:

@@ -279,7 +279,7 @@ def load_model(path: str | Path) -> SimplifiedModel:
         message = "the model file is damaged: its arm or its terms cannot be rebuilt"
         value = (str(error) or type(error).__name__).splitlines()[0]
         raise _refused(message, str(path), None, value) from None
-    warn_of_implausible(model.arm, stacklevel=2)
+    warn_of_implausible(model.arm)
     warn_of_others(path, model.provenance.get("run", ""))
     return model
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
@@ -10,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.candidates import require_few_terms
@@ -190,7 +189,7 @@ def warn_of_time(model: SimplifiedModel, outcome: Searched, time: SearchTime) ->
     text = f"budget {budget}: {ended}; a longer one may find a model of fewer terms"
     if not model.saves:
         text = f"budget {budget}: {ended} and no model was found that holds: the exact torque stands for it"
-    warnings.warn(text, GdAnalyzeWarning, stacklevel=3)
+    warn_caller(text)
 
 
 def stated(exact: ExactDynamics, model: SimplifiedModel) -> SimplifiedModel:

@@ -129,7 +129,7 @@ def formulations_compared(
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warn_of_implausible(arm, stacklevel=2)
+        warn_of_implausible(arm)
         if trajectory is None:
             states = states_in_box(arm, _RANDOM_STATES, _SEED)
             drawn = f"{_RANDOM_STATES} random states within the arm's limits"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from gd_analyze.dynamics.dominance import rank
 from gd_analyze.dynamics.drivetrain import with_friction
 from gd_analyze.dynamics.measured_torque import TorqueComparison, compared
 from gd_analyze.dynamics.pinocchio_check import Residual, cross_check
-from gd_analyze.errors import GdAnalyzeWarning
+from gd_analyze.errors import warn_caller
 from gd_analyze.motions.measured import has_torques
 from gd_analyze.progress import Progress
 from gd_analyze.results.diagnosis_result import diagnosis_table
@@ -81,7 +80,7 @@ def decompose_step(inputs: RunInputs, progress: Progress) -> RunDynamics:
             if unknown := (1 + np.flatnonzero(np.isnan(terms).any(axis=1))).tolist():
                 joints = named_joints(unknown, arm.n_joints)
                 text = f"the log does not determine the friction of {joints}: the model has the file's there"
-                warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+                warn_caller(text)
             arm = with_friction(arm, terms)
     return RunDynamics(
         points,
@@ -118,4 +117,4 @@ def warn_of_too_many_terms(dynamics: RunDynamics) -> None:
     if dynamics.too_many_terms:
         name = dynamics.exact.arm.name
         text = f"{name} has {dynamics.too_many_terms}: elements are ranked, single terms are not"
-        warnings.warn(text, GdAnalyzeWarning, stacklevel=2)
+        warn_caller(text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 
 from gd_analyze.certification.tube import Tube
 from gd_analyze.dynamics.decomposition import MOST_KEPT
-from gd_analyze.errors import GdAnalyzeWarning, TrajectoryError
+from gd_analyze.errors import TrajectoryError, warn_caller
 from gd_analyze.motions.limits import check_against_arm
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.measured import has_torques, require_torques
@@ -79,15 +78,13 @@ def read_step(
 
 def warn_of_inputs(inputs: RunInputs) -> None:
     """Warn of an arm that is not plausible, and of a motion that the arm cannot follow."""
-    warn_of_implausible(inputs.arm, stacklevel=2)
+    warn_of_implausible(inputs.arm)
     for motion in taken_apart(inputs.trajectory):
         check_against_arm(motion, inputs.arm)
     if inputs.trajectory.n_stated == 1:
-        warnings.warn(
+        warn_caller(
             f"trajectory {inputs.trajectory.name} is one set point: verdicts, ranking and model are of this "
-            "state and its surroundings; what other states need, or anything over time, takes a motion",
-            GdAnalyzeWarning,
-            stacklevel=2,
+            "state and its surroundings; what other states need, or anything over time, takes a motion"
         )
 
 
