@@ -63,8 +63,10 @@ def diagnose(
         carried = log_options.words_typed("--payload")
         main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading(), *carried]
         next_command = shlex.join(main_job)
-        identify = is_for_identification(diagnosis)
-        if word_of(diagnosis) != "agrees" or identify:
+        identify, word = is_for_identification(diagnosis), word_of(diagnosis)
+        if word == "tells nothing":
+            next_command = log_options.command_that_excites(robot.words)
+        elif word != "agrees" or identify:
             next_command = log_options.command_that_mends(
                 [*robot.words, *logs],
                 main_job,

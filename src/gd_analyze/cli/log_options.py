@@ -167,6 +167,11 @@ def command_that_mends(inputs: Sequence[str], typed: Sequence[str], *, identify:
     return shlex.join([*typed, *options]) if options and is_new else ""
 
 
+def command_that_excites(robot: Sequence[str]) -> str:
+    """What to type where a log tells nothing of a robot, named by these words: a motion that does."""
+    return shlex.join(["gd-analyze", "plan", *robot, "--exciting", "--duration", "20", "-o", "exciting.csv"])
+
+
 def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:
     """Read a trajectory or a log as the command's options say."""
     return gd.read_trajectory(path, arm, *reading_asked(), progress=progress)

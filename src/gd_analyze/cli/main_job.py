@@ -12,7 +12,7 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import command_that_mends, log_options, read_motions
+from gd_analyze.cli.log_options import command_that_excites, command_that_mends, log_options, read_motions
 from gd_analyze.cli.options import FILE, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.rules import is_given
@@ -113,7 +113,10 @@ def _next_command(
     if "diagnosis" not in findings.tables or "-" in trajectories:
         return ""
     stated, typed = findings.tables["diagnosis"].attrs, shlex.split(command_line())
-    if findings.tables["measured_torque"].attrs["verdict"] == "agrees" and not stated["identify"]:
+    verdict = findings.tables["measured_torque"].attrs["verdict"]
+    if verdict == "tells nothing":
+        return command_that_excites(robot.words)
+    if verdict == "agrees" and not stated["identify"]:
         source = robot.words if model is None else [str(model)]
         return shlex.join(["gd-analyze", "export", *source, "--to", "c"])
     # A folder that is named holds this run when the command is typed.

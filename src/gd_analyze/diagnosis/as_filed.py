@@ -16,6 +16,7 @@ class AsFiled(NamedTuple):
     """What is left of each joint's torque at the samples, (n,); nan where a joint is not compared."""
 
     rms: FloatArray  # N m (N)
+    below_95: FloatArray  # what 95 % of the samples stay below, N m (N)
     share: FloatArray  # of the RMS of the measured torque
 
 
@@ -26,7 +27,7 @@ def left_as_filed(problem: Problem) -> AsFiled:
     of the whole, as friction falls while a robot warms. What hypotheses added, such as a payload, keeps the
     numbers of the fit.
     """
-    left = AsFiled(*np.full((2, problem.n), np.nan))
+    left = AsFiled(*np.full((3, problem.n), np.nan))
     if not problem.moving:
         return left
     samples, correction, arm = problem.samples, problem.correction, problem.arm
@@ -43,5 +44,6 @@ def left_as_filed(problem: Problem) -> AsFiled:
         model = model + of_joint[:, shared - n_added : shared] @ added
         residual = left_by_friction(measured - model, direction, velocity)
         left.rms[i], size = (float(np.sqrt(np.mean(x**2))) for x in (residual, measured))
+        left.below_95[i] = np.quantile(np.abs(residual), 0.95)
         left.share[i] = left.rms[i] / size if size > 0.0 else np.nan
     return left

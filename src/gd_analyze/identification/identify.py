@@ -474,7 +474,7 @@ def _require_a_model(arm: RobotArm, residuals: Sequence[Residuals]) -> None:
             f"no model of this arm predicts the logs: {message}{better}",
             where=f"arm {arm.name}",
             next_step=f"{_search_of_cause(arm)}; a log that is short, or ends differently from its "
-            "beginning, cannot predict",
+            "beginning, cannot predict: `gd-analyze plan ROBOT --exciting --duration 20` plans one that can",
         )
     message += f": {_search_of_cause(arm)}"
     warn_caller(message)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gd_analyze.arrays import FloatArray
+from gd_analyze.diagnosis.as_filed import AsFiled
 from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE
 from gd_analyze.result import Mark, Table, joint_values
 from gd_analyze.results.findings import Findings
@@ -18,9 +18,12 @@ FITS, NEEDS_FITTING, CONTRADICTED, NOT_COMPARED = "fits", "needs fitting", "cont
 # A joint that fits by itself, of a file that the log contradicts as a whole; and one of a log that friction
 # alone explains as well.
 IN_DOUBT, NOT_TOLD = "in doubt", "not told"
-_NOTE = "Residual: measured torque less that of the file as it is and of fitted friction."
+_NOTE = (
+    "Residual: measured torque less that of the file as it is and of fitted friction, at samples of the log "
+    "where the joint moves."
+)
 _ON_TERMINAL = [
-    "joint", "peak_measured", "residual", "below_95", "share_left", "bound", "allowed", "said",
+    "joint", "peak_measured", "residual", "residual_below_95", "share_left", "bound", "allowed", "said",
 ]  # fmt: skip
 
 
@@ -48,13 +51,13 @@ def joint_verdicts(findings: Findings) -> list[str]:
     return words
 
 
-def residuals(findings: Findings) -> tuple[FloatArray, FloatArray]:
-    """RMS that the file as it is leaves of the torque, N m (N), (n,), and its share, which judges it."""
+def as_filed_in(findings: Findings) -> AsFiled:
+    """What the file as it is leaves of each joint's torque, by which it is judged."""
     table = findings.tables.get("diagnosis")
     if table is None:
-        unknown = np.full(findings.arm.n_joints, np.nan)
-        return unknown, unknown
-    return table.residual_as_filed.values, table.remains_as_filed.values
+        return AsFiled(*np.full((3, findings.arm.n_joints), np.nan))
+    names = ("residual_as_filed", "below_95_as_filed", "remains_as_filed")
+    return AsFiled(*(table[name].values for name in names))
 
 
 def joints_beside_log(findings: Findings) -> Table:
@@ -67,8 +70,8 @@ def joints_beside_log(findings: Findings) -> Table:
     is_simplified = not model.is_exact
     names = ("bias", "rms_difference", "peak_measured", "explained", "rms_beside_friction")
     values = joint_values(arm.joints) | {name: table[name].values for name in names}
-    residual, share = residuals(findings)
-    values |= {"residual": residual, "below_95": table.below_95.values, "share_left": share}
+    left = as_filed_in(findings)
+    values |= {"residual": left.rms, "residual_below_95": left.below_95, "share_left": left.share}
     values["said"] = joint_verdicts(findings)
     seen = {
         "bound": error if is_simplified else None,
@@ -103,11 +106,11 @@ def as_good_within_log(findings: Findings) -> str:
 
 def left_in_words(findings: Findings) -> str:
     """What is left at the joints that a figure shows: "0.45 N m RMS, 56 % of the measured torque"."""
-    residual, share = residuals(findings)
+    left = as_filed_in(findings)
     texts = [
         f"{named_joints([i + 1], findings.arm.n_joints)}: "
-        f"{amount(float(residual[i]), findings.arm.joints[i].effort_unit)} RMS, "
-        f"{percent(float(share[i]))} of the measured torque"
+        f"{amount(float(left.rms[i]), findings.arm.joints[i].effort_unit)} RMS, "
+        f"{percent(float(left.share[i]))} of the measured torque"
         for i in shown_joints(findings)
     ]
     return "; ".join(texts)
@@ -115,7 +118,7 @@ def left_in_words(findings: Findings) -> str:
 
 def shown_joints(findings: Findings) -> list[int]:
     """The two joints, from 0, that matter most: those that the file does not fit, then the most left."""
-    shares = np.nan_to_num(residuals(findings)[1], nan=-1.0)
+    shares = np.nan_to_num(as_filed_in(findings).share, nan=-1.0)
     verdicts = joint_verdicts(findings)
     order = sorted(range(len(shares)), key=lambda i: (verdicts[i] in (FITS, NOT_COMPARED), -shares[i]))
     return sorted(i for i in order[:2] if shares[i] >= 0.0)

@@ -53,6 +53,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "remains_after": diagnosis.after.residuals,
         "remains_as_filed": diagnosis.as_filed.share,
         "residual_as_filed": diagnosis.as_filed.rms,
+        "below_95_as_filed": diagnosis.as_filed.below_95,
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
