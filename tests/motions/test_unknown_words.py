@@ -226,3 +226,16 @@ def test_degrees_of_positions_alone_are_told_by_one_option(log, warned):
             motion = read_trajectory(path, arm, typed(["--map", option]))
         assert not texts
         assert np.abs(motion.q - q).max() < 0.01  # smoothed
+
+
+def test_joints_of_the_log_of_which_some_have_numbers(read):
+    """w1 to w3 are no first joints where three others stand before them."""
+    words = ("base", "shoulder", "elbow", "w1", "w2", "w3")
+    with pytest.raises(TrajectoryError) as caught:
+        read(log_with([f"pos_{word}" for word in words]), arm_of(*(f"j{k}" for k in range(1, 7))))
+    names = "base,shoulder,elbow,w_1,w_2,w_3"
+    assert caught.value.details["next"].endswith(f"`map='joints={names}'`")
+    logged = read(
+        log_with([f"pos_{word}" for word in words]), arm_of(*names.split(",")), map=[f"joints={names}"]
+    )
+    assert [use.column for use in logged.columns if use.role == "q"] == [f"pos_{word}" for word in words]

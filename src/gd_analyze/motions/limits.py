@@ -172,7 +172,8 @@ def check_against_arm(trajectory: Trajectory, arm: RobotArm) -> None:
         # What contradicts the positions is in another unit than they are.
         given = [role for role in ("q", "qd", "qdd") if role not in trajectory.derived]
         advice = options_of(dict.fromkeys(["q"] if mistakes else given, "deg"))
-        messages.append(f"{reached}, which looks like degrees; if they are: {advice}")
+        are = "they are" if len(suspects) == arm.n_joints else "all joints are"
+        messages.append(f"{reached}, which looks like degrees; if {are}: {advice}")
     messages += _exceeded_limits(trajectory, arm, suspects)
     if "qd" in trajectory.derived:
         speed = np.abs(trajectory.extremes[1]).max(axis=0)

@@ -11,7 +11,7 @@ from gd_analyze.motions.families import Family, families_of
 from gd_analyze.motions.fewer_joints import ways_to_hold
 from gd_analyze.motions.joint_names import JointNames
 from gd_analyze.motions.mapping import NamedLog, listed_names, typed_columns
-from gd_analyze.motions.names import TIMED
+from gd_analyze.motions.names import TIMED, ColumnName
 from gd_analyze.motions.reading import MotionRole, refusal
 from gd_analyze.robots.catalogue import arguments_to_hold
 from gd_analyze.text import in_python
@@ -173,6 +173,9 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     step = f"{argument('map', f'{role}:{lacking[0]}=COLUMN')} names a column, or choose the log's arm"
     ways = ways_to_hold(log, columns) if role == "q" else []
     step = "; ".join([*(f"if {way}" for way in ways), step])
+    labels = _labels([name for name in log.names if name.role == role])
+    if role == "q" and len(labels) == arm.n_joints:
+        step = f"if these are the joints in this order: {argument('map', 'joints=' + ','.join(labels))}"
     every = sorted((*used, *(() if nearest is None else nearest.extra)))
     if len(every) == arm.n_joints and len(used) == len(columns):
         in_order = f"{role}={','.join(typed_columns(every, table))}"
@@ -185,11 +188,8 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
     table, arm = log.table, log.arm
     names = ", ".join(joint.name for joint in arm.joints)
     # Joints of the log that are none of the arm's, as `map` takes their names, and a column of each.
-    strangers: dict[str, str] = {}
-    for name in log.names:
-        if name.role == "q" and name.joint is None and (name.label or name.number is None):
-            number = () if name.number is None else (str(name.number),)
-            strangers.setdefault("_".join((*name.label, *number)), name.text)
+    unmatched = [name for name in log.names if name.role == "q" and name.joint is None]
+    strangers = _labels([name for name in unmatched if name.label or name.number is None])
     if strangers:
         said = _candidates(log, "q", [k for k, name in enumerate(log.names) if name.role == "q"])
         step = f"{argument('map', 'joints=LIST')}, the log's names of {names} in this order"
@@ -217,6 +217,15 @@ def _no_positions(log: NamedLog) -> TrajectoryError:
         listed = f"{arm.n_joints} names or numbers such as #2 in the joints' order"
         step = f"name the columns: {argument('map', 'q=LIST')}, {listed}"
     return refusal(message, table.where(), expected, listed_names(table.names), step)
+
+
+def _labels(columns: Iterable[ColumnName]) -> dict[str, str]:
+    """The log's own names of joints, as `map` takes them, and a column of each."""
+    labels: dict[str, str] = {}
+    for name in columns:
+        number = () if name.number is None else (str(name.number),)
+        labels.setdefault("_".join((*name.label, *number)), name.text)
+    return labels
 
 
 def _all_that_is_left(log: NamedLog) -> list[str]:
