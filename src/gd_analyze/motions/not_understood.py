@@ -248,7 +248,9 @@ def remarks_on(log: NamedLog, chosen: Mapping[MotionRole, Family], zero: Sequenc
     for role, family in chosen.items():
         first, pattern = f"{names[min(family.all_columns)]} ...", role in log.patterns
         label = " ".join(family.name.label)
-        has_word = any(len(word) > 1 for word in family.name.label)
+        # Words of the positions' own columns, which the user may have named, name the joints.
+        positions = "" if q is None else q.name.text.lower()
+        has_word = any(len(word) > 1 and word not in positions for word in family.name.label)
         if q is not None and has_word and not q.name.label and not pattern:
             confirms, omits = _mapped([_said_of(role, family, log)]), argument("map", f"{role}=none")
             remark = f"{_PLURAL[role]}: what {label} means in {first} is unknown"
