@@ -66,6 +66,17 @@ def test_the_mark_is_of_inputs_and_options_alone(two_link, swing, swing_findings
     assert mark(gd.analyze(two_link, swing)) == mark(swing_findings)
 
 
+def test_another_file_of_a_robot_of_that_name_is_another_run(two_link, swing, tmp_path):
+    """As two URDF files of one robot's name, whose files are named among the sources."""
+    first, second = (
+        dataclasses.replace(two_link, sources=(f"{name}.urdf: URDF.",)) for name in ("first", "second")
+    )
+    gd.analyze(first, swing, out=tmp_path, formats="json")
+    gd.analyze(first, swing, out=tmp_path, formats="json")
+    with pytest.raises(OutputError, match="another run"):
+        gd.analyze(second, swing, out=tmp_path, formats="json")
+
+
 @pytest.mark.parametrize("name", ["analysis.h5", "model.json", "report.pdf"])
 def test_a_file_of_another_run_is_noticed(folder, written, name):
     shutil.copy(written / "other" / name, folder)

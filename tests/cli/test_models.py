@@ -305,6 +305,15 @@ def test_measured_torques_beside_exact_and_simplified(run, model, two_link, here
     assert "rms_difference" in without["measured_torque"]["simplified"][0]
 
 
+def test_a_model_of_several_motions_is_proven_again(run):
+    assert run("plan two_link --from 0,0 --to 0.3,0.2 --duration 2 -o gentle.csv").code == 0
+    assert run("simplify two_link two-link-swing gentle.csv --budget 60% -o model.json").code == 0
+    refused = run("certify model.json --check --along two-link-swing")
+    assert "the certificate is for another motion" in refused.err
+    told = run("certify model.json --check --along two-link-swing --along gentle.csv --json").json
+    assert told["holds"]
+
+
 def test_certified_over_the_arms_limits(run, model):
     assert run(f"{TWO} --level energy -o model.json").code == 0
     words = "certify model.json --effort 1000"

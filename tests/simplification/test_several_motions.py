@@ -85,6 +85,8 @@ def test_a_joint_that_needs_no_torque_along_one_motion_is_as_free_as_along_the_o
 def test_it_comes_back_from_its_file(two_link, tmp_path):
     model = gd.simplify(two_link, [SLOW, FAST], level="element")
     save_model(model, tmp_path / "model.json")
+    save_model(load_model(tmp_path / "model.json"), tmp_path / "again.json")
+    assert (tmp_path / "again.json").read_text() == (tmp_path / "model.json").read_text()
     read = load_model(tmp_path / "model.json").accuracy
     assert read.fitted_on == model.accuracy.fitted_on
     assert read.fitted_on["motions"] == "slow, fast"

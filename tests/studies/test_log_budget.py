@@ -14,10 +14,12 @@ from gd_analyze.certification.held import Held
 from gd_analyze.diagnosis.log_resolution import LogResolution
 from gd_analyze.diagnosis.log_verdict import log_verdict
 from gd_analyze.errors import UsageError
+from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
-from gd_analyze.results.beside_log import joints_beside_log
+from gd_analyze.results.beside_log import joint_verdicts, joints_beside_log
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
+from gd_analyze.simplification.model_file import measured_at
 from gd_analyze.studies.against_log import with_log, within_log
 from logs_of_arms import TrueArm, fourier, with_torque
 
@@ -185,3 +187,38 @@ def test_a_bound_that_a_file_states_is_not_called_proven(two_link, log, tmp_path
     for shown, proof in ((findings, "proven"), (loaded, "stated in the file")):
         (heading,) = [column.label for column in joints_beside_log(shown).columns if column.key == "bound"]
         assert heading == f"error, {proof}"
+
+
+def test_a_model_within_a_logs_budget_is_measured_and_judged_again(two_link, log, tmp_path):
+    """What the log left is stated in the file: there is no log where it is read."""
+    model = gd.simplify(two_link, log, "log")
+    model.save(tmp_path / "model.json")
+    loaded = gd.load_model(tmp_path / "model.json")
+    again = measured_at(loaded, states_of(log))
+    np.testing.assert_array_equal(again.accuracy.allowed, model.accuracy.allowed)
+    evaluation = gd.evaluate(loaded, log, fail_over="log")
+    assert evaluation.verdict == "passed"
+
+
+def test_a_row_of_the_table_is_of_one_set_of_samples(two_link, log):
+    """Share times the RMS measured is the residual, and 95 % of a sample are below twice its RMS or so."""
+    findings = gd.analyze(two_link, log, level="element")
+    table = joints_beside_log(findings)
+    columns = {column.key: np.array(column.values) for column in table.columns}
+    measured = findings.tables["measured_torque"].rms_measured.values
+    # 400 of 800 readings: their RMS is uncertain by 1 / sqrt(2 * 400), 4 %; 3 sigma.
+    np.testing.assert_allclose(columns["residual"], columns["share_left"] * measured, rtol=0.12)
+    assert (columns["residual_below_95"] > columns["residual"]).all()
+
+
+def test_of_a_log_that_tells_nothing_no_joint_fits(two_link):
+    true = TrueArm.near(two_link, 3)
+    time, wide = fourier(two_link, 8.0, 100.0, 1)
+    small = States(wide.q[0] + 0.02 * (wide.q - wide.q[0]), 0.02 * wide.qd, 0.02 * wide.qdd)
+    log = true.log(time, small, seed=1)
+    assert log.recording is not None
+    noise = np.random.default_rng(0).normal(size=small.q.shape)
+    with pytest.warns(gd.GdAnalyzeWarning, match="does not tell"):
+        findings = gd.analyze(two_link, with_torque(log, log.recording.torque + noise), level="element")
+    assert findings.tables["measured_torque"].attrs["verdict"] == "tells nothing"
+    assert {*joint_verdicts(findings)} == {"not told"}

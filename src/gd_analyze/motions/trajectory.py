@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, array_of, chunks, frozen
-from gd_analyze.errors import TrajectoryError, require_type
-from gd_analyze.files import write_text
+from gd_analyze.errors import Location, OutputError, TrajectoryError, require_type
+from gd_analyze.files import path_of, write_text
 from gd_analyze.motions.log import Log
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.smoothing import Recording, treated
@@ -351,10 +351,19 @@ def trajectory_csv(trajectory: Trajectory, comments: Iterable[str] = ()) -> str:
 def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterable[str] = ()) -> None:
     """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
 
-    `comments` come first, given without `#`; usually the command that makes the file. Raises OutputError.
+    `comments` come first, given without `#`; usually the command that makes the file. Raises an OutputError
+    if it cannot be written, or would replace a file whose name does not end in .csv.
     """
     require_type(trajectory, Trajectory, "trajectory", "a Trajectory")
-    write_text(path, trajectory_csv(trajectory, comments))
+    place = path_of(path)
+    if place.is_file() and place.stat().st_size and place.suffix.lower() != ".csv":
+        raise OutputError(
+            "the motion would replace a file that is not a trajectory",
+            where=Location(place),
+            expected="a new name, or one that ends in .csv",
+            next_step="choose another name, or remove the file",
+        )
+    write_text(place, trajectory_csv(trajectory, comments))
 
 
 def recorded_command(lines: Iterable[str]) -> str | None:

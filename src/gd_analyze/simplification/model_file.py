@@ -121,8 +121,9 @@ def _accuracy_of(arm: RobotArm, stated: Accuracy) -> Accuracy:
 def _along(arm: RobotArm, stated: Accuracy, motion: AlongMotion, allowed: FloatArray) -> AlongMotion:
     """Accuracy along one of several motions; a joint without torque there is allowed the error over all."""
     by = replace(stated, errors=motion.errors, uncertainty=motion.uncertainty).references(arm)
-    along = np.minimum(allowed, allowed_by(stated.asked, by))
-    return replace(motion, allowed=np.where(motion.errors.peak_torque > 0.0, along, allowed))
+    # Rounded as errors of several motions are weighed, so that a file read and written stays the same.
+    weights = np.maximum(allowed / allowed_by(stated.asked, by), 1.0)
+    return replace(motion, allowed=allowed / np.where(motion.errors.peak_torque > 0.0, weights, 1.0))
 
 
 def _require_of_joints(arm: RobotArm, stated: Accuracy) -> None:
@@ -208,9 +209,10 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
     Raises
     ------
     OutputError
-        If the file cannot be written.
+        If the file cannot be written, or would replace one that is not a model.
     """
     require_model(model)
+    replaces_model(path_of(path))
     write_text(path, model_text(model))
 
 
