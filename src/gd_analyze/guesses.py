@@ -45,6 +45,8 @@ PACKAGE = OF_ARM | {
     "open": "gd.load_findings",
     "parameters": "gd.base_parameters",
     "Y": "gd.regressor",
+    "compare": "gd.compare_torque, of a log, or `gd-analyze compare A B` in a terminal, of two arms",
+    **dict.fromkeys(("formulations", "formulation"), "`gd-analyze formulations ROBOT` in a terminal"),
 }
 
 

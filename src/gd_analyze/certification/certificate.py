@@ -222,8 +222,13 @@ def box_of(region: Box | Tube | None, arm: RobotArm, effort: int = 1) -> Box:
         region = Box.of(arm)
     box = region.enclosing if isinstance(region, Tube) else region
     if not isinstance(box, Box):
-        expected, value = "a Box or a Tube", in_python(region)
-        raise UsageError("this is not a region of states", where="region", expected=expected, found=value)
+        raise UsageError(
+            "this is not a region of states",
+            where="region",
+            expected="a Box or a Tube",
+            found=in_python(region),
+            next_step="`gd.types.Tube.along(arm, gd.read_trajectory(FILE, arm))` is one around a motion",
+        )
     if box.n_joints != arm.n_joints:
         expected, value = f"limits of {arm.n_joints} joints", f"{box.n_joints}"
         raise UsageError("the box does not fit the arm", where="box", expected=expected, found=value)

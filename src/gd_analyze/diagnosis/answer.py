@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions, is_same, is_unexplained
-from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
 from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
@@ -18,6 +17,9 @@ from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.errors import in_options
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import enumerated, named_joints, percent
+
+if TYPE_CHECKING:
+    from gd_analyze.diagnosis.diagnose import Diagnosis
 
 _BINS = 10  # bins of a quantity that a residual may follow
 _LEAST_SAMPLES_PER_BIN = 5  # samples of each bin, on average

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from gd_analyze.arguments import strict
+from gd_analyze.diagnosis.answer import opening, word_of
 from gd_analyze.diagnosis.as_filed import AsFiled, left_as_filed
 from gd_analyze.diagnosis.causes import (
     CLEAR_FALL,
@@ -84,7 +85,7 @@ class Diagnosis:
 
     def __repr__(self) -> str:
         names = ", ".join(cause.name for cause in self.causes) or "no cause"
-        return f"Diagnosis({self.arm.name!r}, {names})"
+        return f"Diagnosis({self.arm.name!r}, {word_of(self)}: {names})"
 
     def _repr_html_(self) -> str:
         """What remains of each joint's torque, as logged and mended, for a notebook."""
@@ -93,7 +94,7 @@ class Diagnosis:
             [joint_name(i, joint.name), *(value_text(x, shown="percent") for x in pair)]
             for i, (joint, *pair) in enumerate(zip(self.arm.joints, *columns, strict=True), start=1)
         ]
-        causes = [f"{cause.what}: {cause.remedy}." for cause in self.causes] or ["No cause was found."]
+        causes = [f"{cause.what}: {cause.remedy}." for cause in self.causes] or [opening(self)]
         title = f"{self.arm.title or self.arm.name} diagnosed with {', '.join(self.logs)}"
         return html_of(title, ["joint", "remains", "with the causes"], rows, " ".join(causes))
 
