@@ -76,7 +76,13 @@ class BudgetPath:
         bound = near_bound(findings)
         if bound is not None:
             worst = worst_error(findings.model, bound)
-            out[self.asked] = f"Torque error at most {worst.text} near the motion ({findings.proof})."
+            sentence = f"Torque error at most {worst.text} near the motion ({findings.proof})."
+            # A wider budget may have the same model.
+            own_terms = self.rows[self.asked]["kept"]
+            out = [
+                sentence if row["kept"] == own_terms else text
+                for row, text in zip(self.rows, out, strict=True)
+            ]
         return out
 
     def data(self, findings: Findings) -> dict[str, Any]:

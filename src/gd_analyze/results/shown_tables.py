@@ -12,7 +12,8 @@ from gd_analyze.dynamics.verdicts import verdict_definition
 from gd_analyze.figures.elements import LETTERS
 from gd_analyze.figures.joints import motion_unit
 from gd_analyze.formulas.formula import Formula, Symbol
-from gd_analyze.formulas.writing import part_symbol, term_formula, torque_symbol
+from gd_analyze.formulas.languages import Plain
+from gd_analyze.formulas.writing import part_symbol, term_formula, torque_legend, torque_symbol
 from gd_analyze.result import Mark, Table, values_of
 from gd_analyze.results.findings import Findings
 from gd_analyze.results.near_motion import bound_ratio, margins, tube_bound
@@ -179,12 +180,14 @@ def ranked_terms_table(findings: Findings) -> Table:
         seen["kept"] = ["✓" if term in model.torques else "–" for term in findings.ranked_terms]
     if not_worth_keeping(findings) is not None:
         seen["below_uncertainty"] = ["–" if is_below else "✓" for is_below in values["below_uncertainty"]]
+    legend = Plain().legend(torque_legend(model.form.velocities, [term for term, _ in terms]))
     return declared_table(
         "terms",
         "terms",
         f"The {len(terms)} terms that matter most, of {table.attrs['total']}",
         values,
         _TERMS_ON_PAGE,
+        note=f"Where {', '.join(legend)}." if legend else "",
         top=_SHOWN_TERMS,
         seen=seen,
         drawn={

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from gd_analyze.formulas.languages import Plain
 from gd_analyze.result import Fact, Result, Table, Value, attributes_of
 from gd_analyze.results.model_facts import counts_by_kind, drives_text
 from gd_analyze.results.run_tables import term_values
@@ -33,12 +34,15 @@ def ranking_result(ranking: TermRanking, exact: ExactDynamics, level: str, top: 
         "below_uncertainty": [ranked.below_uncertainty for ranked in terms],
         "alone_unit": [arm.joints[ranked.alone_joint - 1].effort_unit for ranked in terms],
     }
+    shown = {ranked.term: ranked.weight for ranked in terms[:top]}
+    legend = Plain().legend(LEVELS[level].legend(exact.form, shown))
     table = declared_table(
         "terms",
         "terms",
         "Torque of each term, and error without it and all below",
         values,
         TERMS_IN_TERMINAL,
+        note=f"Where {', '.join(legend)}." if legend else "",
         top=top,
         seen=seen,
     )
