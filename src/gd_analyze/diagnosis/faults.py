@@ -185,7 +185,7 @@ def _of_joint(log: Trajectory, torque: FloatArray, moves: Array, joint: int) -> 
         count = f"{int(spikes.sum())} times" if spikes.sum() > 1 else "once"
         first = ", ".join(map(number, log.time[spikes][:3].tolist()))
         what = f"The {column} jumps away and back {count} (first at {first} s)"
-        remedy = "log without lost messages, if they are many"
+        remedy = "record without lost messages, if they are many"
         yield Fault("spikes", joint, what, remedy, float(spikes.mean())), spikes
 
 
@@ -251,7 +251,7 @@ def _are_copies(first: FloatArray, second: FloatArray) -> bool:
 def _frozen(time: FloatArray, frozen: Array, column: str, joint: int) -> Fault:
     begin, end = map(number, time[frozen][[0, -1]].tolist())
     what = f"The {column} is frozen from {begin} to {end} s"
-    remedy = "log without lost messages, if the rest is too little"
+    remedy = "record without lost messages, if the rest is too little"
     return Fault("frozen column", joint, what, remedy, float(frozen.mean()))
 
 

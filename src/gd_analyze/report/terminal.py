@@ -71,7 +71,7 @@ def _parts(parts: Sequence[_Json], width: int, bold: Callable[[str], str]) -> It
             lines = _formulas([*part["lines"], *part["legend"]["lines"]], width)
             if part["most_lines"] is not None and len(lines) > part["most_lines"]:
                 lines = [
-                    f"The equations take {len(lines)} lines: --json has them, and the main job's report."
+                    f"The equations take {len(lines)} lines: --json and the main job's report have them."
                 ]
             lines = [*note, *lines]
         elif kind == "section":

@@ -79,7 +79,7 @@ def _stop_words(row: Row, proof: str) -> str:
             is_long = beyond > READABLE
             return f"{beyond} terms exceed it alone: too many to read" if is_long else "too many terms matter"
         why = "the log contradicts the file" if row["unsearched"] == "log" else "the time is over"
-        return f"not searched, as {why}; {beyond} terms alone exceed it"
+        return f"not searched, as {why}; {beyond} terms exceed it by themselves"
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = (

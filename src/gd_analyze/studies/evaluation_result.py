@@ -285,7 +285,7 @@ class _Motion:
             "longest": [f"{box_exit.begin:.4g} to {box_exit.end:.4g}" for box_exit in exits],
         }
         names = ["joint", "quantity", "limit", "excess", "set_points", "first", "longest"]
-        title = f"Limits of {self.evaluation.box.where} exceeded"
+        title = f"Exceeded: {self.evaluation.box.where}"
         return Table(None, title, declared_columns("box_exits", values, names))
 
     def measured(self, measured: BesideMeasured) -> list[Part]:
