@@ -192,6 +192,7 @@ def joint_errors(
         seen |= {"bound": proven, "bound_of_whole": accuracy.shares_of(proven)}
     seen["found"] = (further or {}).get("found")
     whole = "peak" if accuracy.asked.shares_of == "peak torque" else "budget"
+    of_all = "Peak, allowed and shares are over all motions; along each of them its own peak counts, too."
     return declared_table(
         "simplified_model",
         "joints",
@@ -199,6 +200,7 @@ def joint_errors(
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
         [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
         _ERRORS_ON_PAGE,
+        note=of_all if accuracy.motions else "",
         seen=seen,
         words={"share_of_whole": whole, "bound": proof, "bound_of_whole": whole},
     )
