@@ -312,7 +312,8 @@ def _why_unclear(name: ColumnName, of_time: str) -> str:
     if name.fault:
         return "text, not numbers" if name.fault == "text" else name.fault
     if name.role == "current":
-        return "currents; --torque-constant makes torques of them"
+        way = "--map names them" if name.is_unclear else "--torque-constant makes torques of them"
+        return f"{'perhaps ' if name.is_unclear else ''}currents; {way}"
     if name.is_unclear:
         return f"beside the joint, what {' '.join((*name.label, *name.topic)) or 'the rest'} means is unknown"
     return OTHER
