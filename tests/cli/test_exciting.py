@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -76,3 +78,14 @@ def test_refusals(run, listing, line, named):
         assert word in refused.err
     assert "Traceback" not in refused.err
     assert listing() == set()
+
+
+def test_a_plan_replaces_a_plan_and_no_log(run):
+    """A log may have the name of a plan that is advised beside it."""
+    assert run(f"{SHORT} -o exciting.csv").code == 0
+    assert run(f"{SHORT} -o exciting.csv").code == 0
+    Path("log.csv").write_text("time,q1,q2\n0,0,0\n1,1,1\n")
+    refused = run(f"{SHORT} -o log.csv")
+    assert refused.code == 2
+    assert "the plan would replace a file that is not a plan" in refused.err
+    assert Path("log.csv").read_text().startswith("time")

@@ -27,15 +27,15 @@ from recordings import swung
 def _bases() -> list[dict[str, Any]]:
     """Models of every level, of an arm with drives and one without, and one for two motions."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "arm.toml"
+        path, written = Path(folder) / "arm.toml", Path(folder) / "model.json"
         path.write_text(FULL)
         bases = []
         for arm, drives in ((load_arm("two_link"), False), (load_arm(path), True)):
             for level in LEVELS.values():
-                save_model(exact_model(arm, drives, level), path)
-                bases.append(json.loads(path.read_text(encoding="utf-8")))
-        save_model(simplify("two_link", [swung(20.0, "slow"), swung(2.2, "fast")], "20%"), path)
-        bases.append(json.loads(path.read_text(encoding="utf-8")))
+                save_model(exact_model(arm, drives, level), written)
+                bases.append(json.loads(written.read_text(encoding="utf-8")))
+        save_model(simplify("two_link", [swung(20.0, "slow"), swung(2.2, "fast")], "20%"), written)
+        bases.append(json.loads(written.read_text(encoding="utf-8")))
     return bases
 
 

@@ -239,3 +239,12 @@ def test_joints_of_the_log_of_which_some_have_numbers(read):
         log_with([f"pos_{word}" for word in words]), arm_of(*names.split(",")), map=[f"joints={names}"]
     )
     assert [use.column for use in logged.columns if use.role == "q"] == [f"pos_{word}" for word in words]
+
+
+def test_joints_that_have_the_arms_names_are_not_renamed(read):
+    """The flange alone is unknown: the others keep their joints."""
+    names = [f"joint_a{k}" for k in range(1, 7)]
+    with pytest.raises(TrajectoryError) as caught:
+        read(log_with(["flange_pos", *(f"{name}_pos" for name in names[:5])]), arm_of(*names))
+    assert "joints=" not in caught.value.details["next"]
+    assert "`map='q:joint_a6=COLUMN'`" in caught.value.details["next"]

@@ -9,11 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import diagnosed_logs
 import gd_analyze as gd
 from gd_analyze.certification.held import Held
 from gd_analyze.diagnosis.log_resolution import LogResolution
 from gd_analyze.diagnosis.log_verdict import log_verdict
 from gd_analyze.errors import UsageError
+from gd_analyze.motions.measured import filtered_torque
 from gd_analyze.motions.states import States, states_of
 from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.results.beside_log import joint_verdicts, joints_beside_log
@@ -222,3 +224,16 @@ def test_of_a_log_that_tells_nothing_no_joint_fits(two_link):
         findings = gd.analyze(two_link, with_torque(log, log.recording.torque + noise), level="element")
     assert findings.tables["measured_torque"].attrs["verdict"] == "tells nothing"
     assert {*joint_verdicts(findings)} == {"not told"}
+
+
+def test_missing_torques_are_not_compared(two_link, log):
+    """The filter bridges them; what it makes there is no reading."""
+    assert log.recording is not None
+    assert log.recording.torque is not None
+    torque = log.recording.torque.copy()
+    torque[: len(torque) // 3] = np.nan
+    motion = diagnosed_logs.log_of(log.time, log.recording.q, torque)
+    assert np.isnan(filtered_torque(motion)[: len(torque) // 3]).all()
+    assert np.isfinite(filtered_torque(motion)[len(torque) // 3 :]).all()
+    verdict = log_verdict(two_link, [motion])
+    assert verdict.word == "agrees"

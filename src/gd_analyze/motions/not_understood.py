@@ -98,9 +98,15 @@ def _torques_of_some_joints(log: NamedLog) -> tuple[str, str]:
     names = [joint.name for j, joint in enumerate(log.arm.joints) if j not in columns]
     if not columns or not names:
         return "", ""
-    first = log.table.names[min(columns.values())[0]]
-    fault = f"{first} ... are torques, but none is of {listed_names(names)}"
-    return fault, f"{argument('map', f'torque:{names[0]}=COLUMN')} names a column"
+    family = next(family for family in families if family.columns is columns)
+    every = sorted((*family.all_columns, *family.extra))
+    if len(every) == log.arm.n_joints:
+        in_order = f"torque={','.join(typed_columns(every, log.table))}"
+        way = f"if they are the joints' in this order: {argument('map', in_order)}"
+    else:
+        way = f"{argument('map', f'torque:{names[0]}=COLUMN')} names a column"
+    first = log.table.names[every[0]]
+    return f"{first} ... are torques, but none is of {listed_names(names)}", way
 
 
 def _only_currents(log: NamedLog) -> tuple[str, str]:
@@ -173,8 +179,10 @@ def absent(log: NamedLog, role: MotionRole, of_role: Sequence[Family]) -> Trajec
     step = f"{argument('map', f'{role}:{lacking[0]}=COLUMN')} names a column, or choose the log's arm"
     ways = ways_to_hold(log, columns) if role == "q" else []
     step = "; ".join([*(f"if {way}" for way in ways), step])
-    labels = _labels([name for name in log.names if name.role == role])
-    if role == "q" and len(labels) == arm.n_joints:
+    column_names = [name for name in log.names if name.role == role]
+    labels = _labels(column_names)
+    has_own_names = any(name.joint is not None or name.label == log.joints.label for name in column_names)
+    if role == "q" and len(labels) == arm.n_joints and not has_own_names:
         step = f"if these are the joints in this order: {argument('map', 'joints=' + ','.join(labels))}"
     every = sorted((*used, *(() if nearest is None else nearest.extra)))
     if len(every) == arm.n_joints and len(used) == len(columns):

@@ -141,7 +141,8 @@ def _smoothed(sampled: Log, sampling: Sampling, treatment: Treatment, notes: tup
     if sampled.torque is not None:
         # Noise of one joint's acceleration enters the torques of all.
         highest = np.full(len(cutoffs), cutoffs.max())
-        (torque,) = derivatives(sampling, sampled.torque, highest, (0,))
+        (bridged,) = derivatives(sampling, sampled.torque, highest, (0,))
+        torque = np.where(np.isnan(sampled.torque), np.nan, bridged)  # what bridges missing readings is none
     hertz = " and ".join(dict.fromkeys(f"{significant(float(cutoff))} Hz" for cutoff in cutoffs))
     readings = f"the measured {'velocities' if from_velocities else 'positions'}"
     smoothing = f"smoothed without delay, cut-off {hertz} ({rule})"

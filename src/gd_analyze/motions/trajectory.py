@@ -6,6 +6,7 @@ import hashlib
 import numbers
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 Gaps = tuple[int, ...]
 # Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
 _TO_DERIVE: Any = None
+# Bytes of a file in which its command stands.
+_BEGIN = 1 << 12
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
 
 
@@ -364,6 +367,21 @@ def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterabl
             next_step="choose another name, or remove the file",
         )
     write_text(place, trajectory_csv(trajectory, comments))
+
+
+def require_plan_in_place(path: Path) -> None:
+    """Raise an OutputError unless a plan can be written there: nothing, or a plan, is in its place."""
+    if not path.is_file() or not path.stat().st_size:
+        return
+    with suppress(OSError), path.open("rb") as file:
+        if b"gd-analyze plan" in file.read(_BEGIN):
+            return
+    raise OutputError(
+        "the plan would replace a file that is not a plan",
+        where=Location(path),
+        expected="a new name, or a plan that gd-analyze wrote",
+        next_step="choose another name, or remove the file",
+    )
 
 
 def recorded_command(lines: Iterable[str]) -> str | None:

@@ -59,6 +59,8 @@ def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> Wors
     )
     sizes = error if in_torque else model.accuracy.shares_of(error)
     joint = int(sizes.argmax())
+    if not np.isfinite(sizes[joint]):  # a joint without torque has no share of it
+        sizes, in_torque = error, True
     reference, unit = ("", arm.joints[joint].effort_unit) if in_torque else (budget.shares_of, "")
     return WorstError(joint + 1, float(sizes[joint]), bound is not None, reference, unit)
 

@@ -140,10 +140,7 @@ def model_headline(findings: Findings) -> str:
     tube = findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     if tried:
-        # A joint without torque has no share of it.
-        proven = None if bound is None else worst_error(model, bound)
-        is_known = proven is not None and math.isfinite(proven.value)
-        proof = f"{findings.proof} {proven.size}" if proven is not None and is_known else "not proven"
+        proof = "not proven" if bound is None else f"{findings.proof} {worst_error(model, bound).size}"
         error_text = worst_error(model, tube.tube_worst_found.values).text
         error = f"up to {error_text} near {motion} ({thousands(tried)} states tried; {proof})"
     elif bound is None:

@@ -122,7 +122,7 @@ def proven_again(
             where="along",
             expected=f"the certificate's motion: {stated.where}",
             found="none" if along is None else along.name,
-            next_step="name its file with `along`",
+            next_step="name its file with `along`, or those of several motions in their order",
         )
     limit = np.minimum(stated.certified, LARGEST)
     certificate = certify(model, region, effort=stated.effort, limit=limit, progress=progress)

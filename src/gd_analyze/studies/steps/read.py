@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gd_analyze.certification.tube import Tube
+from gd_analyze.diagnosis.answer import is_identified
 from gd_analyze.dynamics.decomposition import MOST_KEPT
 from gd_analyze.errors import TrajectoryError, warn_caller
 from gd_analyze.motions.limits import check_against_arm
@@ -88,11 +90,16 @@ def warn_of_inputs(inputs: RunInputs) -> None:
         )
 
 
+_FILE = re.compile(r"\S+\.\w+")
+
+
 def source_of(arm: RobotArm, trajectory: Trajectory, settings: Settings, command: str = "") -> dict[str, str]:
     """Origin of the results; the inputs and what the results state of the motion mark the run."""
     motions = [motion.name for motion in trajectory.motions]
-    # Two files may describe robots of one name: their names are among the sources.
-    inputs = [arm.name, *arm.sources, trajectory.name, settings.described, *motions]
+    # Two files may describe robots of one name: a source begins with its file's.
+    files = [name for name in (text.partition(":")[0] for text in arm.sources) if _FILE.fullmatch(name)]
+    robot = [arm.name, *files, *(["identified"] if is_identified(arm) else [])]
+    inputs = [*robot, trajectory.name, settings.described, *motions]
     motion = [trajectory.fingerprint, trajectory.origin, trajectory.derivatives_from]
     return provenance_of_run(command, inputs, [describe(arm), motion], repeats=True)
 
