@@ -52,7 +52,7 @@ def columns(robot: GivenRobot, log: str, output: Output) -> None:
         measured = recording is not None and recording.measured
     output.give(
         Result(
-            title=f"Columns of {logged.name}",
+            title=f"Columns of {logged.name}, as read for arm",
             subtitle=arm.title or arm.name,
             facts=(
                 Value("log", logged.name),

@@ -86,7 +86,8 @@ def not_positive_definite(
     return ArmError(
         f"the mass matrix D is singular: joint {index + 1} ({joint.name}) {moves}",
         where=_place(arm, link),
-        expected=f"eigenvalues above {floor[index]:.1e}, which round-off can explain",
+        expected="positive eigenvalues"
+        + (f", above round-off of {floor[index]:.1e}" if floor[index] else ""),
         found=eigenvalue_text,
         next_step=f"give link {link.name} or those beyond it mass, or inertia about that joint's axis; "
         "include the drives' inertia; or hold that joint (URDF and MJCF: "

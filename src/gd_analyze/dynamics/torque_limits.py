@@ -17,6 +17,8 @@ from gd_analyze.text import number
 
 # Number of poses in which the arm holds its own weight.
 _DRAWN_POSES = 500
+# Industrial arms accelerate by some tens of rad/s^2 (m/s^2): larger ones are of a wrong unit, or noise.
+_USUAL_ACCELERATION = 100.0
 
 
 def warn_of_torque_limits(arm: RobotArm, states: States, torque: FloatArray | None = None) -> None:
@@ -60,8 +62,8 @@ def _likeliest_cause(arm: RobotArm, states: States, joint: int, limit: float, fa
     if speed > 2.0:
         excess = number(speed)
         return f"velocities reach {excess} times their limits: check the units of time and angle (--map)"
-    if factor > 2.0:
-        most = np.abs(qdd).max()
+    most = np.abs(qdd).max()
+    if factor > 2.0 and most > _USUAL_ACCELERATION:
         reached = f"accelerations reach {most:.4g} per s^2"
         return f"{reached}: check the unit of time (--map), and noise (--measured)"
     return "the motion is too fast, the load too heavy or the limit too low"

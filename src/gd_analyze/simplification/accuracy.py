@@ -386,4 +386,4 @@ def gamma_words(gamma: float) -> str:
         return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
     if gamma > _COARSE_GAMMA:
         return f"up to {gamma_size(gamma)} off the exact one, but positive definite: feedback stays stable"
-    return f"within {gamma_size(gamma)} of the exact one: safe for feedback"
+    return f"within {gamma_size(gamma).removeprefix('< ')} of the exact one: safe for feedback"
