@@ -44,6 +44,7 @@ _BAD_PLACE = {
 }  # fmt: skip
 
 _BYTES_AT_ONCE = 2**20  # bytes read at once
+_BEGIN = 1 << 12  # bytes that hold what tells a file's kind
 # Prefix of what a process writes for the time being. Remains of a killed process are removed by the next one
 # that writes there on the same machine.
 _TEMPORARY = ".gd-analyze."
@@ -198,6 +199,27 @@ def write_text(path: str | Path, text: str) -> None:
     """Write a text file atomically, in UTF-8."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def replaces_own(path: Path, sign: str, kind: str) -> bool:
+    """Whether a file of a kind, which has a sign near its beginning, would be replaced by one written there.
+
+    Raises
+    ------
+    OutputError
+        If the file there is neither of that kind nor empty.
+    """
+    if not path.is_file() or not path.stat().st_size:
+        return False
+    with suppress(OSError), path.open("rb") as file:
+        if sign.encode() in file.read(_BEGIN):
+            return True
+    raise OutputError(
+        f"the {kind} would replace a file that is not a {kind}",
+        where=Location(path),
+        expected=f"a new name, or a {kind} that gd-analyze wrote",
+        next_step="choose another name, or remove the file",
+    )
 
 
 def require_writable(path: Path, option: str = "") -> None:

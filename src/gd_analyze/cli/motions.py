@@ -146,12 +146,13 @@ def plan(
     with output.working() as progress:
         progress.stage("planning")
         from gd_analyze.dynamics.torque_limits import warn_of_torque_limits
+        from gd_analyze.files import replaces_own
         from gd_analyze.motions.planning import plan_motion, plan_result
         from gd_analyze.motions.states import states_of
-        from gd_analyze.motions.trajectory import require_plan_in_place, trajectory_csv
+        from gd_analyze.motions.trajectory import trajectory_csv
 
         if out is not None:
-            require_plan_in_place(out)
+            replaces_own(out, "gd-analyze plan", "plan")
         arm, name = robot.load(masses=False), out.stem if out is not None else None
         if start is None or goal is None:
             planned = gd.exciting_motion(

@@ -94,11 +94,10 @@ def unknown_torques(log: NamedLog, used: Collection[int]) -> list[str]:
 def _torques_of_some_joints(log: NamedLog) -> tuple[str, str]:
     """Which joints lack a column of torque where others have one, "" if none does, and what names it."""
     families = [family for family in log.families if family.name.role == "torque"]
-    columns = max((family.columns for family in families), key=len, default={})
-    names = [joint.name for j, joint in enumerate(log.arm.joints) if j not in columns]
-    if not columns or not names:
+    family = max(families, key=lambda family: len(family.columns), default=None)
+    if family is None or len(family.columns) == log.arm.n_joints:
         return "", ""
-    family = next(family for family in families if family.columns is columns)
+    names = [joint.name for j, joint in enumerate(log.arm.joints) if j not in family.columns]
     every = sorted((*family.all_columns, *family.extra))
     if len(every) == log.arm.n_joints:
         in_order = f"torque={','.join(typed_columns(every, log.table))}"

@@ -6,7 +6,6 @@ import hashlib
 import numbers
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -16,8 +15,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from gd_analyze.arrays import FloatArray, array_of, chunks, frozen
-from gd_analyze.errors import Location, OutputError, TrajectoryError, require_type
-from gd_analyze.files import path_of, write_text
+from gd_analyze.errors import TrajectoryError, require_type
+from gd_analyze.files import path_of, replaces_own, write_text
 from gd_analyze.motions.log import Log
 from gd_analyze.motions.reading import Treatment, refusal
 from gd_analyze.motions.smoothing import Recording, treated
@@ -31,8 +30,6 @@ if TYPE_CHECKING:
 Gaps = tuple[int, ...]
 # Stands for velocities or accelerations that a new trajectory derives itself; none that exists has it.
 _TO_DERIVE: Any = None
-# Bytes of a file in which its command stands.
-_BEGIN = 1 << 12
 _COMMAND = re.compile(r"(?m)^#[ \t]*(gd-analyze plan .*\S)\s*$")
 
 
@@ -355,33 +352,11 @@ def write_trajectory(trajectory: Trajectory, path: str | Path, comments: Iterabl
     """Write a trajectory as CSV, atomically; reading it back gives the same numbers.
 
     `comments` come first, given without `#`; usually the command that makes the file. Raises an OutputError
-    if it cannot be written, or would replace a file whose name does not end in .csv.
+    if it cannot be written, or would replace a file that is no such CSV.
     """
     require_type(trajectory, Trajectory, "trajectory", "a Trajectory")
-    place = path_of(path)
-    if place.is_file() and place.stat().st_size and place.suffix.lower() != ".csv":
-        raise OutputError(
-            "the motion would replace a file that is not a trajectory",
-            where=Location(place),
-            expected="a new name, or one that ends in .csv",
-            next_step="choose another name, or remove the file",
-        )
-    write_text(place, trajectory_csv(trajectory, comments))
-
-
-def require_plan_in_place(path: Path) -> None:
-    """Raise an OutputError unless a plan can be written there: nothing, or a plan, is in its place."""
-    if not path.is_file() or not path.stat().st_size:
-        return
-    with suppress(OSError), path.open("rb") as file:
-        if b"gd-analyze plan" in file.read(_BEGIN):
-            return
-    raise OutputError(
-        "the plan would replace a file that is not a plan",
-        where=Location(path),
-        expected="a new name, or a plan that gd-analyze wrote",
-        next_step="choose another name, or remove the file",
-    )
+    replaces_own(path_of(path), "time,q1", "trajectory")
+    write_text(path, trajectory_csv(trajectory, comments))
 
 
 def recorded_command(lines: Iterable[str]) -> str | None:

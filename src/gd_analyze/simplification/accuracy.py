@@ -382,6 +382,8 @@ def gamma_size(gamma: float | None) -> str:
 
 def gamma_words(gamma: float) -> str:
     """How far the mass matrix is off, and what it is fit for."""
+    if gamma <= _NO_GAMMA:
+        return "equal to the exact one up to round-off: safe for feedback"
     if gamma >= 1.0:
         return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
     if gamma > _COARSE_GAMMA:

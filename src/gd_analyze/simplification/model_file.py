@@ -19,8 +19,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from gd_analyze.arrays import FloatArray
 from gd_analyze.dynamics.friction import FRICTION_TERMS
-from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, ModelError, OutputError
-from gd_analyze.files import megabytes, path_of, read_at_most, warn_of_others, write_text
+from gd_analyze.errors import GdAnalyzeError, GdAnalyzeWarning, Location, ModelError
+from gd_analyze.files import megabytes, path_of, read_at_most, replaces_own, warn_of_others, write_text
 from gd_analyze.motions.formats import shipped_trajectories
 from gd_analyze.motions.margin import Margin
 from gd_analyze.motions.read import read_trajectory
@@ -47,7 +47,6 @@ LARGEST_FILE = 100_000_000
 MOST_MEASURED_AGAIN = 10_000
 # An error measured on another machine may exceed the allowed one by rounding.
 _ROUNDING = 1e-9
-_BEGIN = 200  # bytes that hold the format's name
 _MODEL = "a JSON file that gd-analyze wrote, e.g. model.json"
 
 
@@ -217,24 +216,8 @@ def save_model(model: SimplifiedModel, path: str | Path) -> None:
 
 
 def replaces_model(path: Path) -> bool:
-    """Whether a model would be replaced by one that is written there.
-
-    Raises
-    ------
-    OutputError
-        If the file there is neither a model nor empty.
-    """
-    if not path.is_file() or not path.stat().st_size:
-        return False
-    with suppress(OSError), path.open("rb") as file:
-        if MODEL_FORMAT.encode() in file.read(_BEGIN):
-            return True
-    raise OutputError(
-        "the model would replace a file that is not a model",
-        where=Location(path),
-        expected="a new name, or a model that gd-analyze wrote",
-        next_step="choose another name, or remove the file",
-    )
+    """Whether a model would be replaced by one written there; an OutputError if anything else would."""
+    return replaces_own(path, MODEL_FORMAT, "model")
 
 
 def model_text(model: SimplifiedModel) -> str:
