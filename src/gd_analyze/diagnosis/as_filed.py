@@ -9,7 +9,7 @@ import numpy as np
 from gd_analyze.arrays import FloatArray
 from gd_analyze.diagnosis.equations import NUMBERS_OF_JOINT, corrected_columns
 from gd_analyze.diagnosis.hypothesis import Problem
-from gd_analyze.dynamics.friction import left_by_friction
+from gd_analyze.dynamics.friction import residual_beside_friction
 
 
 class AsFiled(NamedTuple):
@@ -20,16 +20,16 @@ class AsFiled(NamedTuple):
     share: FloatArray  # of the RMS of the measured torque
 
 
-def left_as_filed(problem: Problem) -> AsFiled:
+def residuals_as_filed(problem: Problem) -> AsFiled:
     """Compare measured torque with that of the file as it is, and friction.
 
     Friction is fitted to the same samples: three numbers of hundreds. Those of a part of a log are not those
     of the whole, as friction falls while a robot warms. What hypotheses added, such as a payload, keeps the
     numbers of the fit.
     """
-    left = AsFiled(*np.full((3, problem.n), np.nan))
+    residuals = AsFiled(*np.full((3, problem.n), np.nan))
     if not problem.moving:
-        return left
+        return residuals
     samples, correction, arm = problem.samples, problem.correction, problem.arm
     columns, counts, shared = corrected_columns(samples, correction)
     n_added = sum(unknowns.columns.shape[2] for unknowns in correction.added)
@@ -42,8 +42,8 @@ def left_as_filed(problem: Problem) -> AsFiled:
         acceleration, direction, velocity, _ = of_joint[:, shared:file_place].T
         model = of_joint[:, file_place] + inertia[i] * acceleration
         model = model + of_joint[:, shared - n_added : shared] @ added
-        residual = left_by_friction(measured - model, direction, velocity)
-        left.rms[i], size = (float(np.sqrt(np.mean(x**2))) for x in (residual, measured))
-        left.below_95[i] = np.quantile(np.abs(residual), 0.95)
-        left.share[i] = left.rms[i] / size if size > 0.0 else np.nan
-    return left
+        residual = residual_beside_friction(measured - model, direction, velocity)
+        residuals.rms[i], size = (float(np.sqrt(np.mean(x**2))) for x in (residual, measured))
+        residuals.below_95[i] = np.quantile(np.abs(residual), 0.95)
+        residuals.share[i] = residuals.rms[i] / size if size > 0.0 else np.nan
+    return residuals

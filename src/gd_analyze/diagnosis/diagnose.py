@@ -11,7 +11,7 @@ import numpy as np
 
 from gd_analyze.arguments import strict
 from gd_analyze.diagnosis.answer import opening, word_of
-from gd_analyze.diagnosis.as_filed import AsFiled, left_as_filed
+from gd_analyze.diagnosis.as_filed import AsFiled, residuals_as_filed
 from gd_analyze.diagnosis.causes import (
     CLEAR_FALL,
     MOST_RESIDUAL_SHARE,
@@ -101,7 +101,7 @@ class Diagnosis:
     @cached_property
     def as_filed(self) -> AsFiled:
         """What the file as it is leaves of each joint's torque, with friction."""
-        return left_as_filed(self.problem)
+        return residuals_as_filed(self.problem)
 
     @cached_property
     def needing_a_fit(self) -> tuple[int, ...]:
@@ -111,7 +111,7 @@ class Diagnosis:
     @cached_property
     def as_mended(self) -> AsFiled:
         """The same with the causes."""
-        return left_as_filed(self.corrected) if self.causes else self.as_filed
+        return residuals_as_filed(self.corrected) if self.causes else self.as_filed
 
     @cached_property
     def made_worse(self) -> tuple[int, ...]:

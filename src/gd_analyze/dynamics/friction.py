@@ -164,7 +164,7 @@ def fit_joint(
     )
 
 
-def left_by_friction(difference: FloatArray, sign: FloatArray, velocity: FloatArray) -> FloatArray:
+def residual_beside_friction(difference: FloatArray, sign: FloatArray, velocity: FloatArray) -> FloatArray:
     """Measured minus model torque of one joint less the friction and offset fitted to it, (N,)."""
     columns = np.column_stack([np.ones(len(difference)), sign, velocity, difference])
     return np.asarray(columns @ _friction_of(reduced(columns))[0])

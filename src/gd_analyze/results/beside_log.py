@@ -70,8 +70,8 @@ def joints_beside_log(findings: Findings) -> Table:
     is_simplified = not model.is_exact
     names = ("bias", "rms_difference", "peak_measured", "explained", "rms_beside_friction")
     values = joint_values(arm.joints) | {name: table[name].values for name in names}
-    left = as_filed_in(findings)
-    values |= {"residual": left.rms, "residual_below_95": left.below_95, "share_left": left.share}
+    as_filed = as_filed_in(findings)
+    values |= {"residual": as_filed.rms, "residual_below_95": as_filed.below_95, "share_left": as_filed.share}
     values["said"] = joint_verdicts(findings)
     seen = {
         "bound": error if is_simplified else None,
@@ -106,11 +106,11 @@ def as_good_within_log(findings: Findings) -> str:
 
 def left_in_words(findings: Findings) -> str:
     """What is left at the joints that a figure shows: "0.45 N m RMS, 56 % of the measured torque"."""
-    left = as_filed_in(findings)
+    as_filed = as_filed_in(findings)
     texts = [
         f"{named_joints([i + 1], findings.arm.n_joints)}: "
-        f"{amount(float(left.rms[i]), findings.arm.joints[i].effort_unit)} RMS, "
-        f"{percent(float(left.share[i]))} of the measured torque"
+        f"{amount(float(as_filed.rms[i]), findings.arm.joints[i].effort_unit)} RMS, "
+        f"{percent(float(as_filed.share[i]))} of the measured torque"
         for i in shown_joints(findings)
     ]
     return "; ".join(texts)
