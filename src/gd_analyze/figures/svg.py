@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from html import escape
 
 import numpy as np
@@ -33,10 +34,9 @@ _THINNED_WITHIN = 0.04
 _MOST_POINTS = 600
 _LEGEND_HEIGHT = 14.0
 
-Paint = Callable[[str], str]
 Placed = Callable[[FloatArray, FloatArray], FloatArray]
-on_page: Paint = "var(--{})".format
-on_paper: Paint = ON_PAPER.__getitem__
+# A colour as a page's style names it.
+_colour: Callable[[str], str] = "var(--{})".format
 
 
 def figure_svg(figure: Figure) -> str:
@@ -46,13 +46,15 @@ def figure_svg(figure: Figure) -> str:
     height, parts = len(figure.rows) * figure.height + head, [legend]
     for r, c, panel in figure.places:
         x, y = c * figure.width, r * figure.height + head
-        inside = "".join(_drawn(panel, figure.width, figure.height, on_paper))
-        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{inside}</g>')
-    return (
+        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_drawn_panels(figure)[panel]}</g>')
+    svg = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}pt" height="{height:g}pt" '
         f'viewBox="0 0 {_int(width)} {_int(height)}" font-family="Libertinus Serif" '
         f'fill="none" stroke-linejoin="round">{"".join(parts)}</svg>'
     )
+    for name, colour in ON_PAPER.items():
+        svg = svg.replace(_colour(name), colour)
+    return svg
 
 
 def panel_svg(panel: Panel, figure: Figure) -> str:
@@ -69,11 +71,17 @@ def panel_svg(panel: Panel, figure: Figure) -> str:
     return (
         f'<svg class="panel" viewBox="0 0 {_int(figure.width)} {_int(figure.height)}" role="img" '
         f'aria-label="{label}" data-key="{escape(panel.key)}"{axes}>'
-        f"{''.join(_drawn(panel, figure.width, figure.height, on_page))}</svg>"
+        f"{_drawn_panels(figure)[panel]}</svg>"
     )
 
 
-def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[str]:
+@lru_cache(maxsize=32)
+def _drawn_panels(figure: Figure) -> dict[Panel, str]:
+    """Draw the panels of a figure once, for page and paper."""
+    return {panel: "".join(_drawn(panel, figure.width, figure.height)) for panel in figure.panels}
+
+
+def _drawn(panel: Panel, width: float, height: float) -> Iterator[str]:
     """Grid, items, axes and title of a panel; y points downward here."""
     left, top, wide, high = frame = _frame(panel, width, height)
 
@@ -82,37 +90,37 @@ def _drawn(panel: Panel, width: float, height: float, paint: Paint) -> Iterator[
         return np.stack([across, upward], axis=-1)
 
     if not panel.is_bare:
-        yield from _axes(panel, frame, paint)
+        yield from _axes(panel, frame)
     for item in panel.items:
         if isinstance(item, FigureWords):
             x, y = placed(np.array(item.x), np.array(item.y)).tolist()
             look = ' font-weight="bold"' if item.bold else ""
             look += ' font-style="italic"' if item.italic else ""
-            if item.space is not None and paint is on_page:
+            if item.space is not None:
                 look += f' data-space3="{" ".join(f"{value:.4g}" for value in item.space)}"'
                 look += f' data-shift="{_int(item.right)} {_int(-item.up)}"'
             at = x + item.right, y - item.up
-            yield _text(*at, item.text, item.size, paint(item.colour), item.anchor, look)
+            yield _text(*at, item.text, item.size, _colour(item.colour), item.anchor, look)
         elif isinstance(item, Area):
-            yield _area(item, placed, paint)
+            yield _area(item, placed)
         elif isinstance(item, Cells):
-            yield from _cells(item, placed, paint)
+            yield from _cells(item, placed)
         else:
-            yield from _curve(item, placed, paint)
+            yield from _curve(item, placed)
     if panel.title:
-        unit = f'<tspan font-weight="normal" fill="{paint("soft")}">, {escape(panel.y.unit)}</tspan>'
+        unit = f'<tspan font-weight="normal" fill="{_colour("soft")}">, {escape(panel.y.unit)}</tspan>'
         x = left - 14 if left > 14 else left
         yield (
             f'<text x="{_int(x)}" y="{_int(top - 4)}" font-size="{_int(panel.text + 1)}" '
-            f'font-weight="bold" style="fill:{paint("ink")}">{escape(panel.title)}'
+            f'font-weight="bold" style="fill:{_colour("ink")}">{escape(panel.title)}'
             f"{unit if panel.y.unit and not panel.is_bare else ''}</text>"
         )
     if panel.corner:
-        colour = paint(panel.corner_colour)
+        colour = _colour(panel.corner_colour)
         yield _text(left + wide, top - 4, panel.corner, panel.text, colour, "end")
 
 
-def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) -> Iterator[str]:
+def _axes(panel: Panel, frame: tuple[float, float, float, float]) -> Iterator[str]:
     left, top, wide, high = frame
     x_at = (left + wide * panel.x.place(np.array(panel.x.ticks))).tolist()
     y_at = (top + high * (1 - panel.y.place(np.array(panel.y.ticks)))).tolist()
@@ -120,15 +128,15 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
     grid = [f"M{_int(left)} {_int(y)}h{_int(wide)}" for y in y_at if not panel.y.names]
     grid += [f"M{_int(x)} {_int(top)}v{_int(high)}" for x in x_at if panel.x.grid]
     if grid:
-        yield f'<path class="grid" style="stroke:{paint("line")}" stroke-width="10" d="{"".join(grid)}"/>'
+        yield f'<path class="grid" style="stroke:{_colour("line")}" stroke-width="10" d="{"".join(grid)}"/>'
     base = [f"M{_int(left)} {_int(bottom)}h{_int(wide)}", *(f"M{_int(x)} {_int(bottom)}v40" for x in x_at)]
     if panel.y.low < 0 < panel.y.high:
         zero = top + high * (1 - float(panel.y.place(np.array(0.0))))
         base.append(f"M{_int(left)} {_int(zero)}h{_int(wide)}")
     for x in (left + wide * panel.x.place(np.array(panel.x.dashes))).tolist():
         base.append(f"M{_int(x)} {_int(bottom)}v24")
-    yield f'<path style="stroke:{paint("soft")}" stroke-width="11" d="{"".join(base)}"/>'
-    soft = paint("soft")
+    yield f'<path style="stroke:{_colour("soft")}" stroke-width="11" d="{"".join(base)}"/>'
+    soft = _colour("soft")
     below = math.inf  # last label, from the bottom
     for y, label in zip(y_at, panel.y.labels, strict=True):
         if panel.y.names or y + size <= below:
@@ -147,13 +155,13 @@ def _axes(panel: Panel, frame: tuple[float, float, float, float], paint: Paint) 
             yield _text(at, bottom + size + 2.5, text, size, soft, anchor)
 
 
-def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
-    points, colour = placed(item.x, item.y), paint(item.colour)
+def _curve(item: Curve, placed: Placed) -> Iterator[str]:
+    points, colour = placed(item.x, item.y), _colour(item.colour)
     look = f' class="{item.role}"' if item.role else ""
     look += ' display="none"' if item.hidden else ""
     look += f' opacity="{item.opacity:.2g}"' if item.opacity < 1.0 else ""
     marked = look + (f' data-label="{escape(item.label)}"' if item.label else "")
-    if item.space is not None and paint is on_page:
+    if item.space is not None:
         marked += f' data-space="{" ".join(f"{value:.4g}" for value in np.ravel(item.space))}"'
     if item.width and len(points) > 1:
         dashes = " ".join(str(_int(length * item.width)) for length in item.dashes)
@@ -168,11 +176,11 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
         round_ends = f'stroke-width="{_int(item.size)}" stroke-linecap="round"'
         yield f'<path{attributes} style="stroke:{colour}" {round_ends} d="{path}"/>'
     elif dots:
-        fill = paint("paper") if item.hollow else colour
+        fill = _colour("paper") if item.hollow else colour
         edge = max(item.size / 4, 0.7)
         for k, (x, y) in enumerate(points.tolist()):
             if math.isfinite(y):
-                tip = f"<title>{escape(item.tips[k])}</title>" if item.tips and paint is on_page else ""
+                tip = f"<title>{escape(item.tips[k])}</title>" if item.tips else ""
                 yield (
                     f"<path{'' if item.width and len(points) > 1 else marked} "
                     f'style="fill:{fill};stroke:{colour}" '
@@ -180,12 +188,12 @@ def _curve(item: Curve, placed: Placed, paint: Paint) -> Iterator[str]:
                 )
 
 
-def _area(item: Area, placed: Placed, paint: Paint) -> str:
+def _area(item: Area, placed: Placed) -> str:
     near, far = _runs(placed(item.x, item.near)), _runs(placed(item.x, item.far))
     path = "".join(f"{_path(forth)}L{_path(back[::-1])[1:]}z" for forth, back in zip(far, near, strict=True))
     marked = f' data-label="{escape(item.label)}"' if item.label else ""
     lines = "".join(_hatched(*pair, item.hatching) for pair in zip(near, far, strict=True))
-    return f'<path{marked} style="fill:{paint(item.colour)}" d="{path}"/>{_lines(lines, paint)}'
+    return f'<path{marked} style="fill:{_colour(item.colour)}" d="{path}"/>{_lines(lines)}'
 
 
 def _hatched(near: FloatArray, far: FloatArray, slopes: str) -> str:
@@ -195,11 +203,11 @@ def _hatched(near: FloatArray, far: FloatArray, slopes: str) -> str:
     return "".join(f"M{x} {y}L{u} {v}" for (x, y), (u, v) in corners)
 
 
-def _lines(path: str, paint: Paint) -> str:
-    return f'<path style="stroke:{paint("paper")}" stroke-width="11" d="{path}"/>' if path else ""
+def _lines(path: str) -> str:
+    return f'<path style="stroke:{_colour("paper")}" stroke-width="11" d="{path}"/>' if path else ""
 
 
-def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
+def _cells(item: Cells, placed: Placed) -> Iterator[str]:
     """Draw equal cells in one path, with neighbours merged."""
     looks = np.char.add(item.colours, np.char.mod(" %.2g", item.opacity))
     for look in np.unique(looks[item.colours != ""]):
@@ -212,12 +220,11 @@ def _cells(item: Cells, placed: Placed, paint: Paint) -> Iterator[str]:
                 path.append(f"M{left} {top}H{right}V{bottom}H{left}z")
                 upper, lower = (corners * (1, 0) + (0, y) for y in corners[:, 1])
                 lines.append(_hatched(upper, lower, item.hatching.get(colour, "")))
-        yield f'<path style="fill:{paint(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
-        yield _lines("".join(lines), paint)
-    if paint is on_page:
-        data = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
-        cells = escape(json.dumps(data, ensure_ascii=False, separators=(",", ":")), quote=False)
-        yield "<g data-cells='" + cells.replace("'", "&#39;") + "'/>"
+        yield f'<path style="fill:{_colour(colour)}" opacity="{opacity}" d="{"".join(path)}"/>'
+        yield _lines("".join(lines))
+    data = {"x": item.x.tolist(), "words": item.words, "numbers": item.numbers.tolist()}
+    cells = escape(json.dumps(data, ensure_ascii=False, separators=(",", ":")), quote=False)
+    yield "<g data-cells='" + cells.replace("'", "&#39;") + "'/>"
 
 
 def _runs(points: FloatArray) -> list[FloatArray]:
@@ -304,18 +311,18 @@ def _legend(keys: tuple[LegendKey, ...], width: float) -> tuple[str, float]:
         mark, label = 15.0 if key.kind == "area" else 18.0, 0.5 * size * len(key.label)
         if x and x + mark + label > width:
             x, y = 0.0, y + _LEGEND_HEIGHT
-        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key, on_paper)}</g>')
-        parts.append(_text(x + mark, y + 9.6, key.label, size, on_paper("ink")))
+        parts.append(f'<g transform="translate({_int(x)} {_int(y)})">{_key(key)}</g>')
+        parts.append(_text(x + mark, y + 9.6, key.label, size, _colour("ink")))
         x += mark + label + 9.0
     return "".join(parts), y + _LEGEND_HEIGHT if keys else 0.0
 
 
 def key_svg(key: LegendKey) -> str:
     """Draw the look of a legend's entry for a page."""
-    return f'<svg class="key" viewBox="0 60 300 180" aria-hidden="true">{_key(key, on_page)}</svg>'
+    return f'<svg class="key" viewBox="0 60 300 180" aria-hidden="true">{_key(key)}</svg>'
 
 
-def _key(key: LegendKey, paint: Paint) -> str:
+def _key(key: LegendKey) -> str:
     """A piece of the area, or of the line with its marker, 15 pt wide."""
     if key.kind == "area":
         left, right, bottom, top = 0.0, 13.0, -10.5, -3.5
@@ -334,8 +341,7 @@ def _key(key: LegendKey, paint: Paint) -> str:
         return np.stack([x, -y], axis=-1)
 
     return "".join(
-        _area(item, placed, paint) if isinstance(item, Area) else "".join(_curve(item, placed, paint))
-        for item in items
+        _area(item, placed) if isinstance(item, Area) else "".join(_curve(item, placed)) for item in items
     )
 
 
