@@ -10,6 +10,7 @@ from hypothesis import given
 
 from few_tries import few_tries
 from gd_analyze import trade_off
+from gd_analyze.simplification.budget import BUDGET_FACTORS
 from gd_analyze.simplification.budget_path import budget_path
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.element import ELEMENT
@@ -17,7 +18,7 @@ from gd_analyze.simplification.harmonic import ENERGY, HARMONIC_LEVELS, TERM
 from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
-from gd_analyze.simplification.trade_off import BUDGET_FACTORS, curves
+from gd_analyze.simplification.trade_off import curves
 from gd_analyze.types import Budget, ExactDynamics, SimplifiedModel
 from made_models import of_shares
 from strategies import examples, motions
@@ -68,10 +69,8 @@ def require_sound(exact: ExactDynamics, given: SimplifiedModel, path: Path) -> N
     (own,) = (model for model in path if (model.accuracy.allowed == given.accuracy.allowed).all())
     assert own.terms == given.terms
     assert own.program is given.program
-    assert len(path) == 9
-    # Ten times the budget, and a tenth of it, to the rounding of powers.
-    for model, factor in ((path[0], 0.1), (path[-1], 10.0)):
-        np.testing.assert_allclose(model.accuracy.allowed, factor * given.accuracy.allowed, rtol=1e-12)
+    for model, factor in zip(path, BUDGET_FACTORS, strict=True):
+        np.testing.assert_array_equal(model.accuracy.allowed, factor * given.accuracy.allowed)
 
 
 def test_a_model_of_parts_stands_alone(swinging):

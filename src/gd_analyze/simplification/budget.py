@@ -19,6 +19,9 @@ from gd_analyze.text import LARGEST, in_python
 from gd_analyze.units import Quantity
 
 # References of shares.
+# Multiples of a budget at which other models are shown beside its own.
+BUDGET_FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+
 _WHOLES = ("peak", "limit", "friction", "uncertainty", "log")
 _UNITS = {"torque": "N m", "force": "N"}
 _OR = re.compile(r"\s+or\s+", re.IGNORECASE)

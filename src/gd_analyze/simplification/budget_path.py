@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import BUDGET_FACTORS, Budget
 from gd_analyze.simplification.candidates import (
     MANY_TERMS,
     TooManyTermsError,
@@ -23,10 +23,8 @@ from gd_analyze.simplification.level import Terms
 from gd_analyze.simplification.model import SimplifiedModel, measured
 from gd_analyze.simplification.selection import Selection, TermChoice, descend
 
-_LARGEST_FACTOR = 10.0  # largest multiple of the model's budget
-_STEPS = 4  # steps from the smallest budget to the model's, and as many from there to the largest
-# Smallest factors to try: of an arm of very many terms, too many are needed for a tenth of the budget.
-_SMALLEST_FACTORS: tuple[float, ...] = (0.1, 0.2, 0.4, 0.7)
+_SMALLER = tuple(factor for factor in BUDGET_FACTORS if factor < 1.0)
+_LARGER = tuple(factor for factor in BUDGET_FACTORS if factor > 1.0)
 _MOST_STATES = 300  # states that represent a longer motion
 
 # Budgets far below the model's keep many terms: they are dropped in larger portions.
@@ -48,8 +46,8 @@ def joined_path(
 def budget_path(exact: ExactDynamics, budget: Budget, model: SimplifiedModel) -> tuple[SimplifiedModel, ...]:
     """Follow a model to smaller and larger budgets, and return the models by growing budget.
 
-    For larger budgets no term returns. Budgets are a tenth to ten times the model's;
-    the smallest is larger where it would keep too many terms to choose from.
+    For larger budgets no term returns. Budgets are those of `BUDGET_FACTORS`, but for the smallest where an
+    arm of very many terms would keep too many to choose from.
     """
     if not model.has_terms:
         return (model,)  # parts of elements stand alone
@@ -78,7 +76,7 @@ def _along_terms(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple
 def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[float, Terms]]:
     """Terms for each smaller budget: the model's, and those that it needs to err less."""
     thinned = exact.thinned(_MOST_STATES)
-    for smallest in _SMALLEST_FACTORS:
+    for smallest in _SMALLER:
         with suppress(TooManyTermsError):
             candidates = candidates_of(
                 thinned, model.level, smallest * model.accuracy.allowed, included=model.terms
@@ -88,7 +86,9 @@ def _smaller(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[flo
     else:
         return
     selection, stays = candidates.selection(), candidates.selection(model.terms).selected
-    for factor in np.geomspace(smallest, 1.0, _STEPS + 1)[:-1].tolist():
+    for factor in _SMALLER:
+        if factor < smallest:
+            continue
         descend(selection, stays, limit=factor / smallest, at_once=_AT_ONCE)
         yield factor, candidates.chosen(selection.selected)
 
@@ -107,7 +107,7 @@ def _larger(exact: ExactDynamics, model: SimplifiedModel) -> Iterator[tuple[floa
     choice = TermChoice(effects, base, costs_together(level.costs(form, listed, 0), numbers))
     stays = of_any(level.indispensable(form, listed), listed, numbers)
     selection = Selection(choice, np.ones(len(choice), dtype=bool))
-    for factor in np.geomspace(1.0, _LARGEST_FACTOR, _STEPS + 1)[1:].tolist():
+    for factor in _LARGER:
         descend(selection, stays, limit=factor)
         rows = np.flatnonzero(selection.selected[numbers]).tolist()
         yield factor, {listed[row]: model.terms[listed[row]] for row in rows}

@@ -10,7 +10,7 @@ import numpy as np
 from gd_analyze.arguments import strict
 from gd_analyze.operations.program import OperationCount
 from gd_analyze.progress import NO_PROGRESS, Progress
-from gd_analyze.simplification.budget import Budget
+from gd_analyze.simplification.budget import BUDGET_FACTORS, Budget
 from gd_analyze.simplification.candidates import TooManyTermsError, require_few_terms
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, require_exact, warn_of_torques
 from gd_analyze.simplification.harmonic import HARMONIC_LEVELS, TERM
@@ -19,8 +19,6 @@ from gd_analyze.simplification.model import exactly
 from gd_analyze.simplification.search import SearchOptions
 from gd_analyze.simplification.simplify import simplify_exact
 from gd_analyze.threads import one_thread
-
-BUDGET_FACTORS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 
 
 @dataclass(frozen=True)
