@@ -89,6 +89,11 @@ def test_readings_are_those_of_all_where_all_have_some():
     whole = pool([recorded("a", 5.0), recorded("b", 3.0)])
     for part, motion in zip(taken_apart(whole), whole.motions, strict=True):
         np.testing.assert_array_equal(part.recording.torque, whole.recording.torque[motion.rows])
+    # Taken apart, each has the filter, the noise and the notes of its own again.
+    parts = [part.recording for part in taken_apart(whole)]
+    assert [part.cutoff.tolist() for part in parts] == [[5.0, 5.0], [3.0, 3.0]]
+    assert [part.noise_q.tolist() for part in parts] == [[5.0, 5.0], [3.0, 3.0]]
+    assert [part.treatment for part in parts] == [("filtered",), ("filtered",)]
     assert pool([recorded("a", 5.0), recorded("b", 3.0, torque=False)]).recording.torque is None
     assert pool([recorded("a", 5.0), swung(1.0, "plan")]).recording is None
 

@@ -29,6 +29,8 @@ Read = Callable[[str | Path, RobotArm], Trajectory]
 _MOST_NAMED_MOTIONS = 3
 # Characters of a pool's name, which also names a folder.
 _LONGEST_NAME = 80
+# What is each motion's own of a recording, beside its rows.
+_TREATMENT = ("cutoff", "noise_q", "noise_qdd", "columns", "treatment")
 # Pause between two motions, as a share of their mean duration.
 _PAUSE_SHARE = 0.1
 # Pause between two motions that are single instants.
@@ -107,7 +109,8 @@ def pool(motions: Iterable[Trajectory], name: str | None = None) -> Trajectory:
     for motion in parts:
         clocks.append(motion.time - motion.time[0] + start)
         about = float(motion.time[0]), motion.origin, motion.derivatives_from, motion.fingerprint
-        motions_of_pool.append(Motion(motion.name, first, first + motion.n_set_points, *about))
+        treated = None if motion.recording is None else motion.recording.at(slice(0))
+        motions_of_pool.append(Motion(motion.name, first, first + motion.n_set_points, *about, treated))
         gaps += [first, *(first + row for row in motion.gaps)]
         first, start = first + motion.n_set_points, float(clocks[-1][-1]) + pause
     sources = {motion.derivatives_from for motion in parts}
@@ -152,10 +155,7 @@ def _distinct(motions: Iterable[Trajectory]) -> list[Trajectory]:
 
 
 def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
-    """Split a pool into its motions; any other trajectory is its only motion.
-
-    Their readings, if any, have the filter and the noise of the pool.
-    """
+    """Split a pool into its motions; any other trajectory is its only motion."""
     parts = []
     for motion in whole.motions:
         time = whole.time[motion.rows] - whole.time[motion.first] + motion.start
@@ -163,7 +163,10 @@ def taken_apart(whole: Trajectory) -> tuple[Trajectory, ...]:
         gaps = tuple(row - motion.first for row in whole.gaps if motion.first < row < motion.end)
         recording = whole.recording
         if recording is not None:
-            recording = replace(recording.at(motion.rows), treatment=())
+            recording = recording.at(motion.rows)
+            own = motion.treated or recording
+            treatment = {name: getattr(own, name) for name in _TREATMENT}
+            recording = replace(recording, **treatment)
         about = motion.name, motion.origin, motion.derivatives_from
         parts.append(Trajectory(time, q, qd, qdd, *about, gaps, recording))
     return tuple(parts) or (whole,)

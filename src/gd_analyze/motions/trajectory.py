@@ -6,7 +6,7 @@ import hashlib
 import numbers
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -46,6 +46,8 @@ class Motion:
     origin: str = ""
     derivatives_from: str = "given"
     fingerprint: str = ""
+    # Filter, noise and treatment of its readings, if it has some, without their rows
+    treated: Recording | None = field(default=None, repr=False, compare=False)
 
     @property
     def rows(self) -> slice:
