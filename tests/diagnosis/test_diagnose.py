@@ -248,6 +248,19 @@ def test_the_verdict_on_a_log(good, two_link):
         assert (verdict.diagnosis is None) == (word == "tells nothing")
 
 
+def test_constant_torques_tell_nothing(good, two_link):
+    """Of one joint they are a wrong column; where every joint has them, nothing tells of the file."""
+    time, q, torque = good
+    constant = torque.copy()
+    constant[:, 0] = 7.0
+    verdict = log_verdict(two_link, [log_of(time, q, constant)])
+    assert verdict.contradicted == (1,)
+    assert "The torque of joint 1 is constant while it moves" in verdict.text
+    verdict = log_verdict(two_link, [log_of(time, q, np.full_like(torque, 7.0))])
+    assert (verdict.word, verdict.contradicted) == ("tells nothing", ())
+    assert verdict.opening.startswith(f"{TELLS_NOTHING}. The torque of joint 1 is constant")
+
+
 def test_nothing_is_wrong(robot, good, two_link):
     """A file off by up to 20 % is no cause, and its links are told to be off."""
     found = gd.diagnose(two_link, log_of(*good))

@@ -271,3 +271,11 @@ def test_families_of_zeros_are_left_out(read, warned):
     why = {use.column: use.why for use in logged.columns}
     assert why["Torque1"] == why["TorqueSm2"] == "0 throughout"
     assert "measured" in why["PositionCmptd1"]
+
+
+def test_torques_of_zeros_are_told(read, warned):
+    line = "1,2,0,0"
+    with warned() as texts:
+        logged = read(f"time,q1,q2,tau1,tau2\n0,{line}\n0.5,{line}\n", TWO)
+    assert logged.torque is None
+    assert [text.split(": ", 1)[1] for text in texts] == ["tau1 ... are 0 throughout; no torques are read"]

@@ -54,15 +54,15 @@ Word = Literal["agrees", "agrees in part", "does not agree", "tells nothing"]
 def word_of(diagnosis: Diagnosis) -> Word:
     """The verdict on logs and file, where the logs tell anything beside friction.
 
-    They do not agree if a column is of no use, the links must be off by more than a file's usually are, most
-    of a joint's torque remains, logs have causes of their own, or there is a cause of more than a file's
-    usual error. They agree in part if there is a smaller cause, friction of some logs differs, many readings
-    are faulty, the links are off by much, or more remains than a file's usual error leaves.
+    They do not agree if a joint's column is of no use, the links must be off by more than a file's usually
+    are, most of a joint's torque remains, logs have causes of their own, or there is a cause of more than a
+    file's usual error. They agree in part if there is a smaller cause, friction of some logs differs, many
+    readings are faulty, the links are off by much, or more remains than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
     is_most_left = float(np.nanmax(fit.residuals, initial=0.0)) > MOST_REMAINDER
-    if is_column_useless:
+    if is_column_useless and diagnosis.problem.moving:
         return "does not agree"
     if not diagnosis.tells:
         return "tells nothing"
@@ -135,8 +135,6 @@ def _verdict(diagnosis: Diagnosis) -> str:
         return f"The file {'does not fit' if _is_misfit(diagnosis) else 'nearly fits'} this log{things}"
     if diagnosis.apart:
         return "The logs do not agree with each other."
-    if not compared:
-        return "The file does not fit this log."
     poor = _poor(diagnosis)
     if not poor:
         return _FAR_OFF if diagnosis.is_far_off else _of_fit(diagnosis, compared)
@@ -153,7 +151,9 @@ def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
     Where they do not agree and no joint stands out, these are all that are compared.
     """
     useless = {fault.joint + 1 for fault in diagnosis.faults if fault.is_of_column}
-    if useless or not diagnosis.tells:
+    if word_of(diagnosis) == "tells nothing":
+        return ()
+    if useless:
         return tuple(sorted(useless))
     residuals, moving = diagnosis.before.residuals, diagnosis.problem.moving
     joints = tuple(i + 1 for i in moving if residuals[i] > MOST_RESIDUAL_SHARE)

@@ -270,6 +270,9 @@ def remarks_on(log: NamedLog, chosen: Mapping[MotionRole, Family], zero: Sequenc
         if same:
             other = f"{names[min(same[0].all_columns)]} ..."
             remarks.append(f"{other} are the same as {first} in another unit, and are not read")
+    if "torque" not in chosen:
+        idle = [names[min(family.all_columns)] for family in zero if family.name.role == "torque"]
+        remarks += [f"{', '.join(idle)} ... are {ZERO}; no torques are read"] if idle else []
     return [in_options(remark) for remark in remarks]
 
 
