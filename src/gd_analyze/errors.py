@@ -19,7 +19,7 @@ from gd_analyze.text import in_python, shortened, visible
 # Files of the frames between a warning and the call that it is about: the library, and its context managers.
 _OURS = (str(Path(__file__).parent), contextlib.__file__)
 # A value from a file takes a line or two; a path of common length and a list of ours stay whole.
-_LONGEST = {"what": 240, "where": 400, "expected": 1000, "found": 160, "next": 1000}
+_LONGEST = {"what": 400, "where": 400, "expected": 1000, "found": 160, "next": 1000}
 
 # An argument in a message, see `argument`, or name=True; and what a message is about, at its beginning.
 _IN_TEXT = r"`(?P<name>\w+)(?:=(?P<value>'[^'`]*'|\"[^\"`]*\"|\[[^`]*\]))?`|\b(?P<flag>\w+=(?:True|False))\b"

@@ -174,6 +174,7 @@ def test_errors_are_in_the_terms_of_the_budget(of_budget):
     model = of_budget("1% or 10% friction")
     used, worst = model.accuracy.errors.largest / model.accuracy.allowed, worst_error(model)
     assert (worst.joint, worst.of, worst.value) == (used.argmax() + 1, "the budget", used.max())
+    assert [worst_error(of_budget(text)).reference for text in ("1%", "1")] == ["peak torque", "N m"]
 
 
 @pytest.mark.slow

@@ -19,9 +19,12 @@ import gd_analyze as gd
 from gd_analyze import batch
 from gd_analyze.errors import OutputError, UsageError
 from gd_analyze.figures.batch import batch_figure
+from gd_analyze.result import value_text
 from gd_analyze.studies import batch as module
 from gd_analyze.studies import batch_rows, many
 from gd_analyze.studies.batch import RECORD
+from gd_analyze.studies.batch_table import batch_result
+from gd_analyze.text import percent
 from killed_batches import killed
 from told import Told
 
@@ -49,6 +52,19 @@ def test_the_table_holds_what_the_main_job_finds(two_link, swing, tmp_path):
     stored = pd.read_csv(tmp_path / "batch.csv", keep_default_na=False)
     assert stored.D11.tolist() == table.D11.fillna("").tolist()
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "batch.parquet"), table)
+
+
+def test_errors_say_what_they_are_of(tmp_path):
+    """Shares of peak torque and of a budget, and torques, stand in one column, each with its reference."""
+    budgets = ("20%", "0.3 N m", "20% or 0.3 N m")
+    table = batch([{**ROWS[0], "budget": budget} for budget in budgets], tmp_path)
+    assert table.errors_of.tolist() == ["peak torque", "N m", "the budget"]
+    seen = {column.label: column.values for column in batch_result(table).parts[0].columns}
+    share, torque, of_budget = table.sampled_error
+    assert seen["sampled"] == [percent(share), value_text(torque), percent(of_budget)]
+    assert seen["of"][-3:] == ["peak", "N m", "budget"]
+    model = gd.load_model(tmp_path / table.files[1] / "model.json")
+    assert torque == model.accuracy.errors.largest.max()
 
 
 def test_processes_give_the_same_table_in_any_order(tmp_path):

@@ -256,6 +256,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
         *((tried_error,) if tried else ()),
         proven.seen_if(not tried and not findings.is_unreadable),
         worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
+        Value("errors_of", worst.reference),
         Fact(
             "kept_terms",
             "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,

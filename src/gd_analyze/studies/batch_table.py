@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.batch import effort_units
-from gd_analyze.result import Column, Result, Table, Value
+from gd_analyze.result import Column, Result, ShownAs, Table, Value, value_text
 from gd_analyze.robots.arm_numbers import ArmNumber
 from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.studies.batch_rows import KEYS, BatchRow, varied_in
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 # What people see of every row.
 _ROWS = [
-    "row", "state", "arm", "trajectory", "model_operations", "exact_operations", "model_sines_cosines",
-    "exact_sines_cosines", "sampled_error", "proven_error",
+    "row", "state", "arm", "trajectory", "model_operations", "exact_operations", "sampled_error",
+    "proven_error", "errors_of",
 ]  # fmt: skip
 
 
@@ -83,11 +83,31 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         headline=f"{done_count} of {len(table)} rows done.",
         facts=(Value("rows", len(table)), Value("done", done_count), Value("failed", len(failed))),
         parts=(
-            declared_table("batch", "table", "Rows", values, _ROWS, top=most),
+            declared_table("batch", "table", "Rows", values, _ROWS, top=most, seen=_errors_seen(values)),
             *([_varied_table(table, numbers, most)] if numbers else []),
             *([failed_table] if len(failed) else []),
         ),
     )
+
+
+def _errors_seen(values: Mapping[str, Sequence[Any]]) -> dict[str, list[str]]:
+    """Errors of every row as it states them: shares in percent, or torques in their unit."""
+    shown: dict[str, tuple[ShownAs, ShownAs]] = {
+        "sampled_error": ("percent", "number"),
+        "proven_error": ("bound_percent", "bound"),
+    }
+    of_rows = [of or "" for of in values["errors_of"]]
+    seen = {
+        name: [
+            value_text(error, "", as_torque if of.startswith("N") else as_share)
+            for error, of in zip(values[name], of_rows, strict=True)
+        ]
+        for name, (as_share, as_torque) in shown.items()
+    }
+    return {
+        **seen,
+        "errors_of": [{"peak torque": "peak", "the budget": "budget"}.get(of, of) for of in of_rows],
+    }
 
 
 def _varied_table(table: pd.DataFrame, numbers: Sequence[ArmNumber], most: int) -> Table:
