@@ -239,7 +239,6 @@ WORDS: dict[str, tuple[str, ...]] = {
     "simplify two_link --margin 1deg": ("--margin", "trajectory"),
     "simplify two_link x.csv --margin 1deg --at-set-points": ("--margin", "states only"),
     "simplify two_link --verdicts text": ("--verdicts", "element"),
-    "simplify two_link --level element --budget 1%": ("--level", "budget 1%"),
     "simplify two_link --level element --certified": ("--level", "certified"),
     "simplify two_link --level element --velocities joint": ("--velocities joint", "--level term"),
     "two_link x.csv --verdicts text": ("--verdicts", "element"),

@@ -54,7 +54,7 @@ def test_near_pick_and_place_the_puma_takes_the_same_number_of_operations(comman
             {"budget": "20%", "certified": True},
         ),
         ("two_link two-link-swing --budget 20% --at-set-points", {"budget": "20%", "at_set_points": True}),
-        ("two_link two-link-swing --level element", {"level": "element"}),
+        ("two_link two-link-swing --level element --budget 20%", {"level": "element", "budget": "20%"}),
         ("two_link --level energy --budget 20%", {"level": "energy", "budget": "20%"}),
     ],
 )
@@ -79,7 +79,6 @@ def test_a_region_may_be_any_box(two_link, swing):
         {"margin": "1deg", "at_set_points": True},
         {"verdicts": "text"},
         {"verdicts": "mine", "level": "element"},
-        {"level": "element", "budget": "1%"},
         {"level": "element", "certified": True},
         {"level": "element", "at_set_points": True},
         {"budget": "tracking 1deg"},

@@ -74,7 +74,6 @@ def test_the_error_by_elements_is_the_torque_of_what_was_dropped(case):
     model = by_elements(arm, dataset)
     # No error is stated below round-off of the largest torque.
     least = ROUND_OFF_SHARE * np.abs(dataset.torque.values).max()
-    assert (model.accuracy.errors.largest <= model.accuracy.allowed).all()
     parts = dropped_by(model)
     lost = torque_by_part(dataset, dataset.qdd.values, parts).sum(axis=0).T
     error = dataset.torque.values - model.torque(motion.q, motion.qd, motion.qdd)
@@ -90,10 +89,18 @@ def dropped_by(model) -> tuple[ElementPart, ...]:
     return tuple(part for part in parts_of(model.arm.n_joints) if part not in model.terms)
 
 
-def test_by_elements_there_is_no_budget(two_link, swing):
-    assert simplify(two_link, swing, level="element").terms
-    with pytest.raises(UsageError, match="keeps no budget"):
-        simplify(two_link, swing, "1%", level="element")
+def test_by_elements_a_budget_is_what_the_error_is_held_against(two_link, swing):
+    """The verdicts alone say what is kept, and the model promises the error that it has."""
+    model, wide = (simplify(two_link, swing, budget, level="element") for budget in (None, "20%"))
+    assert model.terms == wide.terms
+    assert (model.accuracy.budget, wide.accuracy.budget) == ("1%", "20%")
+    np.testing.assert_allclose(20.0 * model.accuracy.allowed, wide.accuracy.allowed, rtol=1e-15)
+    error = model.accuracy.errors.largest
+    assert (error > model.accuracy.allowed).any()
+    np.testing.assert_array_equal(model.promised(model.accuracy), np.maximum(model.accuracy.allowed, error))
+    np.testing.assert_array_equal(wide.promised(wide.accuracy), wide.accuracy.allowed)
+    with pytest.raises(UsageError, match="searches no model"):
+        simplify(two_link, swing, level="element", certified=True)
 
 
 def test_a_model_that_holds_nowhere_is_not_given_out(two_link, swing_dataset, monkeypatch):

@@ -12,7 +12,6 @@ from gd_analyze.cli import options
 from gd_analyze.cli.given import Given, given_dynamics
 from gd_analyze.cli.options import command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
-from gd_analyze.cli.rules import is_given
 from gd_analyze.text import SINE_PRICE
 
 
@@ -90,10 +89,8 @@ def simplify(
         replaces = out is not None and replaces_model(out)
         limit = SearchTime(seconds)
         search_options = SearchOptions(level_named(level), sine_price=sine_price, time=limit)
-        asked_budget = budget if is_given("--budget") else None
         require_consistent(
             search_options.level,
-            asked_budget,
             has_motion=bool(inputs.trajectories),
             margin=margin,
             at_set_points=at_set_points,
@@ -105,7 +102,7 @@ def simplify(
         held_model = search_beside_log(
             exact,
             motion,
-            asked_budget,
+            budget,
             search_options,
             margin=margin,
             at_states=at_set_points,

@@ -159,11 +159,6 @@ def structure_note(model: SimplifiedModel) -> str:
     return "\n".join(filter(None, [h_note, "" if gamma is None else f"Mass matrix {gamma_words(gamma)}."]))
 
 
-def budget_text(model: SimplifiedModel) -> str:
-    """The budget of a model in words; verdicts keep none, and their model states its own error in place."""
-    return "none but its own error" if model.is_of_some_parts else model.accuracy.asked.words
-
-
 # What people see of the errors by joint, in order; beside a bound a terminal has no room for the RMS error.
 _ERRORS_ON_PAGE = [
     "joint", "peak_torque", "allowed_error", "largest_error", "share_of_whole", "rms_error",
@@ -202,18 +197,13 @@ def joint_errors(
         seen |= {"largest_error": None, "share_of_whole": None, "rms_error": None}
     elif proven is not None and is_proven:
         seen |= {"bound": proven, "bound_of_whole": accuracy.shares_of(proven)}
-    title = "Torque error by joint"
-    if model.is_of_some_parts:  # whose allowed error is the error that it has
-        seen["allowed_error"] = None
-    else:
-        title += f", budget {accuracy.asked.words}"
     seen["found"] = (further or {}).get("found")
     whole = "peak" if accuracy.asked.shares_of == "peak torque" else "budget"
     of_all = "Peak, allowed and shares are over all motions; along each of them its own peak counts, too."
     return declared_table(
         "simplified_model",
         "joints",
-        title,
+        f"Torque error by joint, budget {accuracy.asked.words}",
         {**joint_values(model.arm.joints), **values, **of_allowed, **(further or {})},
         [name for name in _ERRORS_ON_PAGE if name != "rms_error" or not is_proven],
         _ERRORS_ON_PAGE,

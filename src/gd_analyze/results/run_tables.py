@@ -125,7 +125,7 @@ def verdicts_table(model: SimplifiedModel, exact: ExactDynamics, threshold: floa
     """
     form = exact.form
     names = VERDICT_SOURCES if text_verdicts(exact.arm.name) else VERDICT_SOURCES[:1]
-    models = {name: model_by_verdicts(exact, name, threshold) for name in names}
+    models = {name: model_by_verdicts(exact, name, threshold, model.accuracy.asked) for name in names}
     functions = model.functions_full
     all_terms = ELEMENT.terms(form)
     counts = {

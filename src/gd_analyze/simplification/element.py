@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -23,11 +23,11 @@ from gd_analyze.operations.trace import Trace
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.budget import Budget
 from gd_analyze.simplification.exact import ExactForm
-from gd_analyze.simplification.exact_dynamics import ExactDynamics, allowed_by
+from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.level import Level, Terms
-from gd_analyze.simplification.model import SimplifiedModel, measured, model_of_terms
+from gd_analyze.simplification.model import SimplifiedModel, model_of_terms
 from gd_analyze.simplification.torque_program import Effort
-from gd_analyze.text import in_python, rounded_up
+from gd_analyze.text import in_python
 
 VERDICT_SOURCES = ("own", "text")
 
@@ -166,39 +166,26 @@ ELEMENT: ElementLevel = ElementLevel()
 
 
 def model_by_verdicts(
-    exact: ExactDynamics, verdicts: str = "own", threshold: float = DOMINANCE_THRESHOLD
+    exact: ExactDynamics,
+    verdicts: str = "own",
+    threshold: float = DOMINANCE_THRESHOLD,
+    budget: Budget | str | float | None = None,
 ) -> SimplifiedModel:
     """Keep the dominant parts by verdicts over the states ("own"), or by [FGL87]'s ("text").
 
-    The stated budget is the resulting torque error. UsageError if the text has no verdicts on the arm.
+    The model may miss the budget beside which its error is stated. UsageError if the text has no verdicts on
+    the arm.
     """
     parts = dict.fromkeys(_own(exact, threshold) if verdicts == "own" else _of_text(exact.form), 1.0)
-    model = with_its_own_budget(model_of_terms(exact, ELEMENT, parts, np.zeros(exact.arm.n_joints), "0 N m"))
-    return measured(exact.weighed(None).under(model.accuracy.asked), model)
+    exact = exact.under(budget)
+    return model_of_terms(exact, ELEMENT, parts, exact.allowed(budget), str(Budget.of(budget)))
 
 
-def with_its_own_budget(model: SimplifiedModel) -> SimplifiedModel:
-    """State the error of a model as its budget.
-
-    Along each of several motions it is a share of the peak torque there, unless a joint needs none.
-    """
-    accuracy = model.accuracy
-    tables = [accuracy.errors, *(motion.errors for motion in accuracy.motions)]
-    largest_shares = [errors.largest_share for errors in tables]
-    shares = np.where(np.isfinite(largest_shares), largest_shares, -1.0).max(axis=0)
-    budget = ", ".join(
-        f"{rounded_up(100 * share, 6):.12g}%" if share >= 0.0 else f"{rounded_up(error, 6):.12g} N m"
-        for error, share in zip(accuracy.errors.largest.tolist(), shares.tolist(), strict=True)
-    )
-    allowed = allowed_by(Budget.parse(budget), accuracy.references(model.arm))
-    return model.stating(replace(accuracy, budget=budget, allowed=allowed))
-
-
-def require_no_budget(level: Level, value: str) -> None:
-    """Raise a UsageError for a budget at level element."""
+def require_search(level: Level, value: str) -> None:
+    """Raise a UsageError for options of a search at level element."""
     if level is ELEMENT:
-        message, expected = "level element keeps no budget: verdicts say what it keeps", "none"
-        next_step = "take another level, or state the error that it has"
+        message, expected = "level element searches no model: verdicts say what it keeps", "none"
+        next_step = "take another level; `gd-analyze certify` proves a bound of any model"
         raise UsageError(message, where="level", expected=expected, found=value, next_step=next_step)
 
 

@@ -120,6 +120,15 @@ class SimplifiedModel:
         """Whether it is a sum of parts, and not of all."""
         return not (self.has_terms or self.drops_nothing)
 
+    def promised(self, accuracy: Accuracy) -> FloatArray:
+        """Largest error, N m (N), that it promises at the states of an accuracy of it, shape (n,).
+
+        A model of some parts may miss its budget: it promises the error that it has there.
+        """
+        if self.is_of_some_parts:
+            return np.maximum(accuracy.allowed, accuracy.errors.largest)
+        return accuracy.allowed
+
     @property
     def arm(self) -> RobotArm:
         """The arm that it models."""

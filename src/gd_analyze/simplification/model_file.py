@@ -189,13 +189,13 @@ def measured_at(model: SimplifiedModel, states: States) -> SimplifiedModel:
     gamma = model.gamma(exact) if stated.gamma is None else max(stated.gamma, model.gamma(exact))
     accuracy = replace(stated, allowed=allowed, gamma=gamma, measured=True)
     accuracy = exact.held(accuracy, model.torque(*states.arrays))
-    largest = accuracy.errors.largest
-    if (largest > (1.0 + _ROUNDING) * allowed).any():
-        joint = int((largest / allowed).argmax())
+    largest, promised = accuracy.errors.largest, model.promised(replace(stated, allowed=allowed))
+    if (largest > (1.0 + _ROUNDING) * promised).any():
+        joint = int((largest / promised).argmax())
         raise ModelError(
             "the model misses its budget",
             where=f"joint {joint + 1}, {model.arm.joints[joint].name}, at {states.in_words}",
-            expected=f"an error of at most {allowed[joint]:.6g}",
+            expected=f"an error of at most {promised[joint]:.6g}",
             found=f"{largest[joint]:.6g}",
             next_step=WRITE_AGAIN,
         )

@@ -407,7 +407,7 @@ def _evaluated(
     if fail_over is None:
         limit = _Limit(None, ~everywhere)
     elif fail_over == "promise":
-        limit = _Limit(accuracy.allowed, everywhere, not accuracy.measured)
+        limit = _Limit(model.promised(accuracy), everywhere, not accuracy.measured)
     elif fail_over == "stated":
         limit = _as_stated(model, accuracy, region, states)
     else:
@@ -454,7 +454,7 @@ def _as_stated(
     elif region is not None:
         inside = ~outside_of(model.arm, region, states)
     if is_fitted:
-        most, unchecked = accuracy.allowed, not accuracy.measured
+        most, unchecked = model.promised(accuracy), not accuracy.measured
         if certificate is not None and inside.all():  # both statements hold
             most = np.minimum(most, certificate.certified)
             unchecked |= not certificate.proven_here

@@ -25,7 +25,7 @@ from gd_analyze.result import (
     value_text,
     values_of,
 )
-from gd_analyze.results.model_facts import budget_text, drives_text, norms_text
+from gd_analyze.results.model_facts import drives_text, norms_text
 from gd_analyze.results.motion_result import friction_tables, measured_table
 from gd_analyze.results.motion_tables import measured_torque_table
 from gd_analyze.results.rows import rows_of
@@ -83,7 +83,7 @@ def evaluation_result(
             Value("drives", model.drives),
             Value("level", model.level.name),
             Fact("fitted_on", "Model fitted on", dict(accuracy.fitted_on), text=fitted_on),
-            Fact("budget", "Budget", accuracy.budget, text=budget_text(model)),
+            Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("promised", "measured" if accuracy.measured else STATED),
             Value("promised_norms", [norm._asdict() for norm in accuracy.norms]),
             Value("held_against", {"arm": arm.name, "drives": model.drives, "payload": carried}),

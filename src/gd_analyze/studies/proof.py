@@ -31,7 +31,6 @@ from gd_analyze.result import (
     joint_values,
     value_text,
 )
-from gd_analyze.results.model_facts import budget_text
 from gd_analyze.schema import declared_table
 from gd_analyze.simplification.accuracy import STATED, share_of
 from gd_analyze.simplification.model import SimplifiedModel
@@ -91,7 +90,7 @@ def proof(
         facts=(
             Value("arm", arm.name),
             Value("level", model.level.name),
-            Fact("budget", "Budget", accuracy.budget, text=budget_text(model)),
+            Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("allowed_and_largest_error", "measured" if accuracy.measured else STATED),
             Value("from", region.where),
             Value("box", limits),

@@ -16,7 +16,7 @@ from gd_analyze.motions.trajectory import Trajectory
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.uncertainty import StatedUncertainty
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import require_no_budget, require_verdicts
+from gd_analyze.simplification.element import require_search, require_verdicts
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
 from gd_analyze.simplification.levels import level_named
@@ -91,7 +91,7 @@ class Settings:
         SearchTime(self.seconds)  # raises an error if it is no time
         level = level_named(self.level)
         if self.at_set_points:
-            require_no_budget(level, "at_set_points")
+            require_search(level, "at_set_points")
         require_verdicts(self.verdicts, level)
         object.__setattr__(self, "level", level)
         require_type(self.dominance, (float, int), "dominance", "a share between 0 and 1")

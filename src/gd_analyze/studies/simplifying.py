@@ -27,7 +27,7 @@ from gd_analyze.progress import NO_PROGRESS, Progress
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.catalogue import arm_with_masses
 from gd_analyze.simplification.budget import Budget
-from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_no_budget, require_verdicts
+from gd_analyze.simplification.element import ELEMENT, model_by_verdicts, require_search, require_verdicts
 from gd_analyze.simplification.exact_dynamics import ExactDynamics, warn_of_torques
 from gd_analyze.simplification.harmonic import TERM
 from gd_analyze.simplification.level import Level
@@ -79,7 +79,7 @@ def simplify(
     level
         "term": explicit D, h and c, sums of terms with the arm's own coefficients. "energy": terms of the
         energies, so that the model is a mechanical system. "element": the dominant parts of D and h, the
-        method of [FGL87], which keeps no budget but states its error.
+        method of [FGL87], which may miss the budget.
     drives
         Include drive inertia, or take the links alone; by default it is included if the arm describes
         drives, see `ExactDynamics.of`.
@@ -137,7 +137,6 @@ def simplify(
     motion, is_given = None, isinstance(states, States) or hasattr(states, "data_vars")
     require_consistent(
         options.level,
-        budget,
         has_motion=states is not None and not is_given,
         has_states=is_given,
         region=region,
@@ -238,7 +237,7 @@ def search_model(
         As for `simplify`, but for what `require_consistent` refuses.
     """
     if options.level is ELEMENT:
-        model = with_gamma(exact, model_by_verdicts(exact, verdicts))
+        model = with_gamma(exact, model_by_verdicts(exact, verdicts, budget=budget))
         return Held(replace(model, provenance=dict(provenance or {})))
     if region is None and not at_states:
         region = Box.of(exact.arm) if motion is None else Tube.along(exact.arm, motion, margin)
@@ -267,7 +266,6 @@ def search_model(
 
 def require_consistent(
     level: Level,
-    budget: Budget | str | float | None = None,
     *,
     has_motion: bool = False,
     has_states: bool = False,
@@ -285,10 +283,8 @@ def require_consistent(
     beyond_states = {"certified": certified, "margin": margin is not None, "region": region is not None}
     names = [name for name, is_asked in beyond_states.items() if is_asked]
     searched = [*names, *(["at_set_points"] if at_set_points else [])]
-    if budget is not None:
-        searched.append(f"budget {budget}")
     if searched:
-        require_no_budget(level, ", ".join(searched))
+        require_search(level, ", ".join(searched))
     if names and (at_set_points or (has_states and region is None)):
         raise UsageError(
             "the budget holds at given states only",

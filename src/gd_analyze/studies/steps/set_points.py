@@ -33,7 +33,6 @@ from gd_analyze.progress import Progress
 from gd_analyze.results.motion_tables import every_set_point_table
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.simplification.accuracy import ErrorTable
-from gd_analyze.simplification.element import ELEMENT, with_its_own_budget
 from gd_analyze.simplification.exact import ExactForm
 from gd_analyze.simplification.exact_dynamics import ExactDynamics
 from gd_analyze.simplification.model import SimplifiedModel, exactly, measured
@@ -206,10 +205,7 @@ class LongMotion:
         stated_models = []
         for model, largest_error, square in zip(models, largest, squares, strict=True):
             errors = ErrorTable(exact.peak_torque, largest_error, np.sqrt(square / count))
-            model = model.stating(replace(model.accuracy, errors=errors, fitted_on=fitted_on))
-            if model.level is ELEMENT and (largest_error > model.accuracy.allowed).any():
-                model = with_its_own_budget(model)
-            stated_models.append(model)
+            stated_models.append(model.stating(replace(model.accuracy, errors=errors, fitted_on=fitted_on)))
         return stated_models, worst.ravel()
 
     def _errors(

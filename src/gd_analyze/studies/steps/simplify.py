@@ -125,7 +125,7 @@ def _searched(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) -> _
     search_at = partial(_model_at, inputs, points.everywhere, time, progress)
     stops, budget = _stops(dynamics, settings, search_at, time)
     exact = exact.under(budget)
-    elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance))
+    elements = with_gamma(exact, model_by_verdicts(exact, settings.verdicts, settings.dominance, budget))
     elements = elements.stating(provenance=inputs.source)
     own_stop = next((stop for stop in stops if stop.budget == budget), None)
     # Without a model that can be read, the exact torque stands for it; one asked for may be long.
