@@ -69,6 +69,9 @@ def test_it_holds_near_each(together):
     assert 0.2 < float(share.max()) <= ROUNDED
     assert (table.certified >= table.largest_error * (1 - 1e-9)).all()
     np.testing.assert_array_equal(table.certified.max("motion"), together.tables["tube"].tube_certified)
+    tube, errors = together.tables["tube"], model.accuracy.errors
+    assert (tube.tube_worst_found >= errors.largest).all()
+    assert (tube.tube_worst_found <= tube.tube_certified).all()
     assert "(proven)" in run_headline(together)
     found = main_result(together, JSON).values()
     # A share of the peak torque along the motion that uses most of its budget, which is 20 % of it.

@@ -119,6 +119,13 @@ class Certificate:
             return np.where(self.certified == 0.0, 1.0, self.counting / self.worst_found)
 
     @property
+    def found(self) -> FloatArray:
+        """`worst_found` without the weights of a tube's pieces: torque errors at these states, shape (n,)."""
+        if isinstance(self.region, Box):
+            return self.worst_found
+        return self.worst_found / self.region.counts_at(np.stack(self.worst_states)).diagonal()
+
+    @property
     def counting(self) -> FloatArray:
         """`certified`, weighted in the pieces of a tube."""
         weights = self.region.weights if isinstance(self.region, Tube) else None

@@ -29,11 +29,6 @@ class WorstError(NamedTuple):
     unit: str  # of a torque
 
     @property
-    def reference(self) -> str:
-        """What the value is a share of, or its unit."""
-        return self.of or self.unit
-
-    @property
     def size(self) -> str:
         """The figure alone: "0.94 %" or "0.93 N m"."""
         if self.of:
@@ -45,10 +40,14 @@ class WorstError(NamedTuple):
         """The figure and its reference: "0.94 % of peak torque"."""
         return f"{self.size} of {self.of}" if self.of else self.size
 
-    def fact(self, key: str, label: str, lead: str = "") -> Fact:
-        """Make it a fact; `lead` is "at most" for what is proven, "up to" for what is sampled."""
+    def facts(self, key: str, label: str, lead: str = "", *, is_seen: bool = True) -> tuple[AnyFact, Value]:
+        """Make it a fact, and a value of what it is a share of, or its unit.
+
+        `lead` is "at most" for what is proven, "up to" for what is sampled.
+        """
         text = f"{lead} {self.text}".lstrip()
-        return Fact(key, label, self.value, text=text, note=f"joint {self.joint}")
+        fact = Fact(key, label, self.value, text=text, note=f"joint {self.joint}")
+        return fact.seen_if(is_seen), Value(f"{key}_of", self.of or self.unit)
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:

@@ -241,22 +241,23 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     model, bound, tube = findings.model, near_bound(findings), findings.tables["tube"]
     tried = int(tube.attrs["tried"])
     label = f"Torque error near the motion, {findings.proof}"
-    if model.is_exact:
-        proven = Fact("proven_error", label, None if bound is None else 0.0, text="round-off only")
-    elif bound is None:
-        proven = Fact("proven_error", label, None, text="not proven")
+    is_seen, worst = not tried and not findings.is_unreadable, worst_error(model)
+    proven: tuple[AnyFact, ...]
+    if model.is_exact or bound is None:
+        text = "round-off only" if model.is_exact else "not proven"
+        error = Fact("proven_error", label, None if bound is None else 0.0, text=text)
+        proven = error.seen_if(is_seen), Value("proven_error_of", worst.of or worst.unit)
     else:
-        proven = worst_error(model, bound).fact("proven_error", label, "at most")
-    tried_label, worst = f"Torque error near the motion, {thousands(tried)} states tried", worst_error(model)
-    tried_error = worst_error(model, tube.tube_worst_found.values).fact("tried_error", tried_label, "up to")
+        proven = worst_error(model, bound).facts("proven_error", label, "at most", is_seen=is_seen)
+    tried_label = f"Torque error near the motion, {thousands(tried)} states tried"
+    tried_error = worst_error(model, tube.tube_worst_found.values).facts("tried_error", tried_label, "up to")
     size, gamma = model.size, model.accuracy.gamma
     counted = f"{model.level.keeps.capitalize()} kept"
     has_gamma = gamma is not None and not model.is_exact
     return (
-        *((tried_error,) if tried else ()),
-        proven.seen_if(not tried and not findings.is_unreadable),
-        worst.fact("sampled_error", "Torque error at the set points", "up to").seen_if(not model.is_exact),
-        Value("errors_of", worst.reference),
+        *(tried_error if tried else ()),
+        *proven,
+        *worst.facts("sampled_error", "Torque error at the set points", "up to", is_seen=not model.is_exact),
         Fact(
             "kept_terms",
             "Operations, and sines and cosines, of the exact torque" if model.is_exact else counted,
@@ -288,7 +289,8 @@ def check_values(findings: Findings) -> tuple[Value, ...]:
     model, beyond = findings.model, findings.tables["beyond"]
     values: dict[str, Any] = {"margin": str(findings.tables["tube"].attrs["margin"])}
     if not model.is_exact and beyond.certified.notnull().all():
-        values["box_error"] = worst_error(model, beyond.certified.values).value
+        worst = worst_error(model, beyond.certified.values)
+        values |= {"box_error": worst.value, "box_error_of": worst.of or worst.unit}
     # The row closest to its round-off bound; without gravity bound and difference are zero.
     rows = rows_of(findings.tables["cross_check"], "comparison")
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))

@@ -257,8 +257,16 @@ def tube_table(model: SimplifiedModel, tube: Tube, held_model: Held, margin: Mar
     unknown, certificate = np.full(tube.lower.shape[::2], np.nan), held_model.certificate
     certified = worst_found = unknown[0]
     if certificate is not None:
-        certified, worst_found = certificate.certified, certificate.worst_found
-    if held_model.found is not None and held_model.tried:
+        # Weights of several motions may have led the search past larger errors at set points.
+        certified, worst_found = (
+            certificate.certified,
+            np.fmax(certificate.found, model.accuracy.errors.largest),
+        )
+    if (
+        held_model.found is not None
+        and held_model.tried
+        and (certificate is None or not model.accuracy.motions)
+    ):
         worst_found = np.fmax(worst_found, held_model.found)
     return table(
         "tube",

@@ -244,11 +244,8 @@ def _headline(findings: Findings) -> dict[str, Any]:
     """Entries of an analysis in the table."""
     model, dominance = findings.model, findings.dominance
     stored = [fact for fact in first_facts(findings) if isinstance(fact, StoredFact)]
-    facts = {
-        fact.key: plain(fact.value)
-        for fact in stored
-        if fact.key.endswith("_error") or fact.key == "errors_of"
-    }
+    endings = ("_error", "_error_of")
+    facts = {fact.key: plain(fact.value) for fact in stored if fact.key.endswith(endings)}
     errors = model.accuracy.errors
     by_joint = {"peak_torque": errors.peak_torque, "largest_error": errors.largest}
     by_joint["allowed_error"] = model.accuracy.allowed

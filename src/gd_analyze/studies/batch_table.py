@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gd_analyze.dynamics.dominance import elements
 from gd_analyze.errors import UsageError
 from gd_analyze.figures.batch import effort_units
-from gd_analyze.result import Column, Result, ShownAs, Table, Value, value_text
+from gd_analyze.result import Column, Result, Table, Value, value_text
 from gd_analyze.robots.arm_numbers import ArmNumber
 from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.studies.batch_rows import KEYS, BatchRow, varied_in
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # What people see of every row.
 _ROWS = [
     "row", "state", "arm", "trajectory", "model_operations", "exact_operations", "sampled_error",
-    "proven_error", "errors_of",
+    "proven_error",
 ]  # fmt: skip
 
 
@@ -69,9 +69,16 @@ def varied_column(rows: Sequence[BatchRow]) -> str:
 def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     """Counts, the first rows, and the failed rows."""
     failed, done_count = table[table.state == "failed"], int((table.state == "done").sum())
-    cells = table.reindex(columns=_ROWS).astype(object)
+    cells = table.reindex(columns=[*_ROWS, "sampled_error_of", "proven_error_of"]).astype(object)
     cells = cells.where(cells.notna(), None)
     values = {name: cells[name].tolist() for name in _ROWS}
+    seen = {
+        name: [
+            _error_text(error, of, is_bound=name == "proven_error")
+            for error, of in zip(values[name], cells[f"{name}_of"], strict=True)
+        ]
+        for name in ("sampled_error", "proven_error")
+    }
     lines = [short_name(text.splitlines()[0], 70) for text in failed.error]
     numbers = [number for number in map(ArmNumber.named, table.columns) if number is not None]
     failures = {"row": failed.row.tolist(), "error": failed.error.tolist()}
@@ -83,31 +90,19 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         headline=f"{done_count} of {len(table)} rows done.",
         facts=(Value("rows", len(table)), Value("done", done_count), Value("failed", len(failed))),
         parts=(
-            declared_table("batch", "table", "Rows", values, _ROWS, top=most, seen=_errors_seen(values)),
+            declared_table("batch", "table", "Rows", values, _ROWS, top=most, seen=seen),
             *([_varied_table(table, numbers, most)] if numbers else []),
             *([failed_table] if len(failed) else []),
         ),
     )
 
 
-def _errors_seen(values: Mapping[str, Sequence[Any]]) -> dict[str, list[str]]:
-    """Errors of every row as it states them: shares in percent, or torques in their unit."""
-    shown: dict[str, tuple[ShownAs, ShownAs]] = {
-        "sampled_error": ("percent", "number"),
-        "proven_error": ("bound_percent", "bound"),
-    }
-    of_rows = [of or "" for of in values["errors_of"]]
-    seen = {
-        name: [
-            value_text(error, "", as_torque if of.startswith("N") else as_share)
-            for error, of in zip(values[name], of_rows, strict=True)
-        ]
-        for name, (as_share, as_torque) in shown.items()
-    }
-    return {
-        **seen,
-        "errors_of": [{"peak torque": "peak", "the budget": "budget"}.get(of, of) for of in of_rows],
-    }
+def _error_text(error: float | None, of: str | None, *, is_bound: bool) -> str:
+    """An error as its row states it: "0.99 %" of peak torque, "76 % of budget" or "0.085 N m"."""
+    if of in ("N m", "N"):
+        return value_text(error, of, "bound" if is_bound else "number")
+    share = value_text(error, "", "bound_percent" if is_bound else "percent")
+    return f"{share} of budget" if of == "the budget" else share
 
 
 def _varied_table(table: pd.DataFrame, numbers: Sequence[ArmNumber], most: int) -> Table:

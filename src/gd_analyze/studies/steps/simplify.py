@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -98,6 +98,9 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) 
     progress.stage("bounding errors")
     efforts = None if search.is_exact else _efforts(dynamics, search.held.model)
     held = _bounded(inputs, search, efforts)
+    # The bound of the run's model is that of its budget.
+    own_stop = None if search.is_exact else search.own_stop
+    stops = [replace(stop, held=held) if stop is own_stop else stop for stop in search.stops]
     if dynamics.verdict is not None and dynamics.comparison is not None:
         left = dynamics.exact.left_of_log
         model = beside_log(held.model, inputs.trajectory, dynamics.comparison, dynamics.verdict, left)
@@ -107,7 +110,7 @@ def simplify_step(inputs: RunInputs, dynamics: RunDynamics, progress: Progress) 
         budget=search.budget,
         held=held,
         elements=search.elements,
-        stops=search.stops,
+        stops=stops,
         path=path,
         own_place=own_place,
         places=places,
