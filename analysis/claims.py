@@ -91,7 +91,7 @@ def within(certified: bool) -> tuple[gd.types.SimplifiedModel, float]:
 def named_budgets() -> dict[str, Figures]:
     """Terms, and operations of D, h and c and of the torque, of the main job's named budgets."""
     stops = gd.analyze("puma560", "pick-and-place").tables["stops"]
-    columns = ("terms", "operations", "sines_cosines", "operations_torque", "sines_cosines_torque")
+    columns = ("terms", "operations_apart", "sines_cosines_apart", "operations", "sines_cosines")
     return {
         str(row.budget): tuple(int(row[name]) for name in columns)
         for _, row in stops.to_dataframe().iterrows()

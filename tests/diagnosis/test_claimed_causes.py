@@ -11,7 +11,7 @@ import pytest
 import gd_analyze as gd
 from diagnosed_logs import Arrays, late, log_of, said, written
 from faulty_logs import Robot, ur_like
-from gd_analyze.diagnosis.answer import answer
+from gd_analyze.diagnosis.answer import answer, word_of
 from gd_analyze.diagnosis.causes import is_same
 from gd_analyze.diagnosis.fit import MOST_CHANGES
 from gd_analyze.dynamics.decomposition import torque_of
@@ -164,6 +164,33 @@ def test_millimetres_of_a_slide(tmp_path):
     found = said(log, arm="stanford")
     assert found["cause"] == "unit of positions"
     assert said(log, *shlex.split(found["remedy"]), arm="stanford")["cause"] is None
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.1])
+def test_forces_of_a_slide_in_another_scale_are_no_millimetres(factor):
+    """A vertical slide whose motion is left out needs friction and a constant alone, whatever its forces."""
+    slides = Robot.of(gd.load_arm("scara"), 3, seconds=10.0)
+    time, q, torque = slides.as_it_is
+    scale = np.where(slides.file.is_revolute, 1.0, factor)
+    found = gd.diagnose(slides.file, log_of(time, q, torque * scale))
+    assert not any("millimetres" in cause.what for cause in found.causes)
+    assert word_of(found) != "agrees"
+
+
+def test_a_constant_that_no_file_explains_is_told(good, two_link):
+    """A bias of as much as half the torque; the usual few per cent are left to friction."""
+    time, q, torque = good
+    size = np.sqrt((torque**2).mean(axis=0))
+    small, large = (
+        gd.diagnose(two_link, log_of(time, q, torque + share * size * [0.0, 1.0])) for share in (0.05, 0.6)
+    )
+    assert not small.offsets
+    assert large.offsets.keys() == {2}
+    # What links off by a file's usual error take of it.
+    assert large.offsets[2] == pytest.approx(0.6 * size[1], rel=0.3)
+    assert word_of(large) == "agrees in part"
+    assert "A constant" in answer(large)
+    assert "at joint 2 is not the file's" in answer(large)
 
 
 @pytest.mark.parametrize("torques_alone", [True, False])

@@ -175,6 +175,10 @@ def test_the_motion_in_stretches():
     assert found[0]["begin"] == 0
     assert found[-1]["end"] == over_time.time.values[-1]
     assert [stretch["verdict"] for stretch in every["D45"]] == ["zero"]
+    middle = over_time.time.values[15]
+    parted = stretches(over_time, [0.0, middle])["D45"]
+    assert [stretch["begin"] for stretch in parted] == [0.0, middle]
+    assert parted[0]["end"] == over_time.time.values[14]
 
 
 def test_consequences_are_of_what_is_allowed_at_the_joint():

@@ -72,7 +72,7 @@ def test_named_budgets_are_pressed(tab: Tab, puma_findings: Findings) -> None:
         tab.click(f'[data-stop="{row.position}"]')
         assert tab.run("Number(document.getElementById('budget-slider').value)") == row.position
         assert tab.page.inner_text("#budget-kept") == str(row.terms)
-        assert tab.page.inner_text("#budget-apart") == str(row.operations)
+        assert tab.page.inner_text("#budget-apart") == str(row.operations_apart)
         assert tab.run("[...document.querySelectorAll('[data-stop][aria-pressed=true]')].length") == 1
         assert "(proven)" in tab.page.inner_text("#budget-proof")
     tab.click("#budget-reset")

@@ -158,7 +158,8 @@ def rank_terms(inputs: Given, level: str, top: int, output: Output) -> None:
 def trade_off(inputs: Given, budget: gd.types.Budget, quick: bool, output: Output) -> None:
     r"""Simplify at every level of terms, for a tenth to ten times the budget.
 
-    Some minutes for six joints. `simplify --budget` makes the model of a point.
+    Some minutes for six joints. `simplify --at-set-points --budget` makes the
+    model of a point.
 
     \b
     Examples:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, doubtful_positions, is_same, is_unexplained
+from gd_analyze.diagnosis.causes import MOST_RESIDUAL_SHARE, is_same, is_unexplained
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault
 from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
 from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
-from gd_analyze.diagnosis.of_positions import TimeUnit
+from gd_analyze.diagnosis.of_positions import TimeUnit, doubtful_positions
 from gd_analyze.diagnosis.remedies import IN_DEGREES
 from gd_analyze.errors import in_options
 from gd_analyze.robots.arm import RobotArm
-from gd_analyze.text import enumerated, named_joints, percent
+from gd_analyze.text import amount, enumerated, named_joints, percent
 
 if TYPE_CHECKING:
     from gd_analyze.diagnosis.diagnose import Diagnosis
@@ -57,7 +57,8 @@ def word_of(diagnosis: Diagnosis) -> Word:
     They do not agree if a joint's column is of no use, the links must be off by more than a file's usually
     are, most of a joint's torque remains, logs have causes of their own, or there is a cause of more than a
     file's usual error. They agree in part if there is a smaller cause, friction of some logs differs, many
-    readings are faulty, the links are off by much, or more remains than a file's usual error leaves.
+    readings are faulty, the links are off by much, a constant is much of a joint's torque, or more remains
+    than a file's usual error leaves.
     """
     fit = diagnosis.after
     is_column_useless = any(fault.is_of_column for fault in diagnosis.faults)
@@ -73,7 +74,7 @@ def word_of(diagnosis: Diagnosis) -> Word:
         is_clear = _is_misfit(diagnosis) and not is_friction
         return "does not agree" if is_clear else "agrees in part"
     is_faulty = any(fault.share > _FAULTY_SHARE for fault in diagnosis.faults)
-    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE
+    is_in_part = is_faulty or is_unexplained(fit) or fit.off > MUCH_TORQUE_SHARE or bool(diagnosis.offsets)
     # Drives that a file states are part of what it says.
     is_in_part |= (
         bool(diagnosis.arm.drives)
@@ -113,10 +114,13 @@ def answer(diagnosis: Diagnosis) -> str:
 
 def opening(diagnosis: Diagnosis) -> str:
     """The verdict as a sentence or two: what the file describes, what is left, and faulty readings."""
+    texts = [_verdict(diagnosis)]
+    if diagnosis.offsets and diagnosis.tells:
+        texts.append(_of_offsets(diagnosis))
     faults = [fault for fault in mentioned(diagnosis.faults) if fault.name != VELOCITIES]
-    if not faults:
-        return _verdict(diagnosis)
-    return f"{_verdict(diagnosis)} {_what_is_faulty(faults, diagnosis.arm.n_joints)}"
+    if faults:
+        texts.append(_what_is_faulty(faults, diagnosis.arm.n_joints))
+    return " ".join(texts)
 
 
 def _verdict(diagnosis: Diagnosis) -> str:
@@ -221,6 +225,19 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
     if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
         text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
     return text
+
+
+def _of_offsets(diagnosis: Diagnosis) -> str:
+    """Constant torques beside the file's, and what they may come of."""
+    arm = diagnosis.arm
+    constants = [
+        f"{amount(torque, arm.joints[joint - 1].effort_unit)} at {named_joints([joint], arm.n_joints)}"
+        for joint, torque in diagnosis.offsets.items()
+    ]
+    return (
+        f"A constant {enumerated(constants)} is not the file's: a load, a spring, a bias of the sensor or "
+        "gravity along a slide."
+    )
 
 
 def _poor(diagnosis: Diagnosis) -> list[int]:

@@ -29,6 +29,7 @@ from gd_analyze.diagnosis.of_positions import (
     WristCoupling,
     Zero,
     ZeroOfSlide,
+    doubtful_positions,
 )
 from gd_analyze.diagnosis.of_the_arm import (
     AnotherArm,
@@ -47,7 +48,6 @@ from gd_analyze.diagnosis.of_torques import (
     TorqueScale,
     TorqueSign,
 )
-from gd_analyze.motions.units_by_numbers import out_of_reach
 
 # Every kind of cause; a new one is one more entry. Of causes that no log tells apart, the first here is the
 # first that is told.
@@ -139,12 +139,6 @@ def is_claimable(cause: Candidate, problem: Problem) -> bool:
         return False
     is_clear = cause.fall > CLEAR_FALL + CLEAR_FALL_SHARE * after.unexplained
     return is_clear and after.remains <= min(CLEAR_REMAINDER_RATIO * before.remains, MOST_REMAINDER)
-
-
-def doubtful_positions(problem: Problem) -> list[int]:
-    """Joints, from 0, whose corrected positions are beyond what such joints reach: units come first."""
-    q, *_ = problem.correction.states(problem.samples)
-    return np.flatnonzero(out_of_reach(problem.arm, np.abs(q).max(axis=0, initial=0.0))).tolist()
 
 
 def is_unexplained(fit: FileFit) -> bool:

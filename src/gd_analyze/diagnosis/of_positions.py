@@ -21,6 +21,7 @@ from gd_analyze.diagnosis.remedies import (
 )
 from gd_analyze.diagnosis.trial import Trial
 from gd_analyze.dynamics.kinematics import solve_kinematics
+from gd_analyze.motions.units_by_numbers import out_of_reach
 from gd_analyze.motions.velocities import derivative_factors
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
@@ -33,6 +34,7 @@ _PARALLEL_COSINE = 0.999
 _FIRST_STEPS = np.array([-0.5, -1.0 / 6.0, 0.0, 1.0 / 6.0, 0.5])
 
 _MILLIMETRE = UNITS["length"]["mm"]
+_NO_MOTION = 1e-6  # factor of a joint's positions that leaves no torque of its motion, but its direction
 
 # Radians per unit of an angle, and what these are called: counts are those of encoders in a turn.
 _COUNTS = (*(2**k for k in range(10, 25)), 1000, 2000, 3600, 4000, 5000, 8000, 10000, 20000, 40000)
@@ -44,6 +46,12 @@ ANGLES = {
     2.0 * np.pi: "turns",
     **{2.0 * np.pi / count: f"counts, {count} in a turn" for count in _COUNTS},
 }
+
+
+def doubtful_positions(problem: Problem) -> list[int]:
+    """Joints, from 0, whose corrected positions are beyond what such joints reach: units come first."""
+    q, *_ = problem.correction.states(problem.samples)
+    return np.flatnonzero(out_of_reach(problem.arm, np.abs(q).max(axis=0, initial=0.0))).tolist()
 
 
 class PositionUnit(Hypothesis):
@@ -62,7 +70,7 @@ class PositionUnit(Hypothesis):
                 *((ONE_DEGREE, "degrees") if turns[i] else (_MILLIMETRE, "millimetres")),
             )
             for i in problem.moving
-            if problem.n > 1
+            if problem.n > 1 and (turns[i] or self._may_be_in_millimetres(problem, i))
         ]
         yield from self._best(problem, single)
         if self._are_read_as_degrees(problem):
@@ -88,6 +96,22 @@ class PositionUnit(Hypothesis):
                 corrections[k],
                 alternatives=len(units),
             )
+
+    def _may_be_in_millimetres(self, problem: Problem, joint: int) -> bool:
+        """Whether a sliding joint's positions are beyond its reach, or its motion would show in torques.
+
+        A thousandth of its motion may be none: then friction and an offset explain any torque.
+        """
+        if joint in doubtful_positions(problem):
+            return True
+
+        def scaled(size: float) -> Trial:
+            sizes = np.ones(problem.n)
+            sizes[joint] = size
+            return problem.correction.with_position(np.diag(sizes))
+
+        resting, moving = (problem.score(scaled(size)) for size in (_NO_MOTION, _MILLIMETRE))
+        return moving < resting - KNOWN_ADVANTAGE
 
     def _are_read_as_degrees(self, problem: Problem) -> bool:
         recordings = (log.recording for log in problem.samples.logs)

@@ -7,6 +7,7 @@ the element is negligible there; it is negligible over the motion if it is so at
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -163,11 +164,16 @@ def verdicts(over_time: xr.Dataset) -> xr.DataArray:
     return negligible.copy(data=words).rename("verdict").drop_attrs()
 
 
-def stretches(over_time: xr.Dataset) -> dict[str, list[dict[str, Any]]]:
-    """Successive verdicts on every element: `verdict`, and its `begin` and `end` in s."""
+def stretches(over_time: xr.Dataset, starts: Sequence[float] = ()) -> dict[str, list[dict[str, Any]]]:
+    """Successive verdicts on every element: `verdict`, and its `begin` and `end` in s.
+
+    None leads from one motion to the next, which begin at `starts`, s.
+    """
     time, by_element = over_time.time.values, {}
+    rows_of_starts = np.searchsorted(time, starts).tolist()
     for label, words in zip(over_time.element.values.tolist(), verdicts(over_time).values.T, strict=True):
-        first = [0, *(np.flatnonzero(words[1:] != words[:-1]) + 1).tolist(), len(words)]
+        changes = (np.flatnonzero(words[1:] != words[:-1]) + 1).tolist()
+        first = sorted({0, *changes, *rows_of_starts, len(words)})
         by_element[label] = [
             {"verdict": str(words[a]), "begin": float(time[a]), "end": float(time[b - 1])}
             for a, b in pairwise(first)

@@ -12,6 +12,7 @@ import numpy as np
 from gd_analyze import __version__
 from gd_analyze.certification.certificate import Certificate
 from gd_analyze.exporting.export_input import ExportInput, up
+from gd_analyze.robots.arm import RobotArm
 from gd_analyze.robots.description import fingerprint
 from gd_analyze.simplification.accuracy import STATED, gamma_words
 from gd_analyze.simplification.model import SimplifiedModel
@@ -63,7 +64,7 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
             yield f"Mass matrix {gamma_words(model.accuracy.gamma)}."
             yield "  (The largest |eigenvalue of D^-1 Ds - I|, Ds this D; safe below 100 %.)"
     if subject.torque is not None:
-        yield f"Inertia of the drives: {'included' if subject.drives else 'left out'}."
+        yield f"Inertia of the drives: {_drives(arm, subject.drives)}."
     has_friction = any(function.name == "friction" for function in subject.functions)
     friction = "a separate function" if has_friction else "not included"
     yield f"Units: rad and m, s, N m and N. Friction is {friction}."
@@ -72,6 +73,15 @@ def _contents(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[s
     if model is not None:
         yield "SHA-256 of the model file:"
         yield f"  {hashlib.sha256(model_text(model).encode()).hexdigest()}"
+
+
+def _drives(arm: RobotArm, is_included: bool) -> str:
+    """Whether their inertia is part of the torque, or why not."""
+    if is_included:
+        return "included"
+    if arm.counts_drives():
+        return "left out"
+    return "unknown, so not included" if arm.drives else "none in the arm's file"
 
 
 def _joints(subject: ExportInput, foreign: Callable[[str], str]) -> Iterator[str]:

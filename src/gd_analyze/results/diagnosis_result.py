@@ -54,6 +54,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "remains_as_filed": diagnosis.as_filed.share,
         "residual_as_filed": diagnosis.as_filed.rms,
         "below_95_as_filed": diagnosis.as_filed.below_95,
+        "offset": diagnosis.after.joint_numbers[:, -1],
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
@@ -170,14 +171,15 @@ def _joints(tabulated: xr.Dataset, arm: RobotArm) -> Table:
     before, after, follows = (tabulated[name].values for name in _REMAINS)
     note = (
         "Held-out residual as a share of the joint's measured RMS; –: at rest, or no torque. Fitted: "
-        "friction, drive inertia, and links within the usual error of a file."
+        "friction, an offset, drive inertia, and links within the usual error of a file."
     )
     return declared_table(
         "diagnosis",
         "joints",
         "What remains, by joint",
-        joint_values(arm.joints) | {"before": before, "after": after, "follows": follows},
-        ["joint", *_REMAINS],
+        joint_values(arm.joints)
+        | {"before": before, "after": after, "follows": follows, "offset": tabulated.offset.values},
+        ["joint", *_REMAINS, "offset"],
         note=note,
         seen={
             "remains_before": before,

@@ -91,7 +91,7 @@ class Findings(Run):
             return f"Within what this log can tell, {count} terms matter: take the exact torque."
         if own.unsearched == "terms" and own.terms_beyond <= READABLE:
             return f"Too many terms matter within {budget} to search a model."
-        return f"No model with at most {READABLE} terms keeps the budget of {budget}."
+        return f"No model with at most {READABLE} terms was found within {budget}."
 
     def with_next(self, command: str) -> Findings:
         """The same, with the command to type next; it is what mends a file that the log contradicts."""

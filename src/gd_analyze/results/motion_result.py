@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -63,7 +64,7 @@ def measured_section(findings: Findings) -> Section | None:
         Value("agreement", stated["agreement"]),
         Value("compared", stated["compared"]),
         joints_beside_log(findings),
-        *friction_tables(findings.tables["measured_torque"], findings.arm),
+        *friction_tables(findings.tables["measured_torque"], findings.arm, key="friction"),
     ]
     if "diagnosis" in findings.tables:
         table = findings.tables["diagnosis"]
@@ -79,21 +80,24 @@ def measured_table(table: xr.Dataset, arm: RobotArm, key: str | None = "joints")
     return declared_table("measured_torque", key, "Measured and exact torque", values, names)
 
 
-def friction_tables(table: xr.Dataset, arm: RobotArm, suffix: str = "") -> tuple[Table, ...]:
+def friction_tables(
+    table: xr.Dataset, arm: RobotArm, suffix: str = "", key: str | None = None
+) -> tuple[Table, ...]:
     """Friction and offset fitted to each joint's difference, with standard errors, if asked for."""
     if "coulomb" not in table:
         return ()
-    rows, values = rows_of(table, "joint"), joint_values(arm.joints)
+    values, seen = joint_values(arm.joints), dict[str, list[str]]()
     for name in FRICTION_TERMS:
         units = SCHEMA_UNITS[GROUPS["measured_torque"][name].unit]
-        values[name] = [
-            "–"
-            if row[name] is None
-            else f"{with_error(row[name], row[f'{name}_error'] or 0.0)} {units[is_revolute]}"
-            for row, is_revolute in zip(rows, arm.is_revolute, strict=True)
+        values |= {column: table[column].values.tolist() for column in (name, f"{name}_error")}
+        seen[name] = [
+            "–" if math.isnan(value) else f"{with_error(value, error)} {units[is_revolute]}"
+            for value, error, is_revolute in zip(
+                values[name], np.nan_to_num(values[f"{name}_error"]), arm.is_revolute, strict=True
+            )
         ]
     title = f"Friction and offset fitted to the difference{suffix}, with standard errors"
-    return (Table(None, title, declared_columns("measured_torque", values, ["joint", *FRICTION_TERMS])),)
+    return (declared_table("measured_torque", key, title, values, ["joint", *FRICTION_TERMS], seen=seen),)
 
 
 def agreement_sentence(findings: Findings) -> str:
@@ -106,17 +110,20 @@ def agreement_sentence(findings: Findings) -> str:
 def motion_rows(findings: Findings) -> list[Row]:
     """One row per motion: set points, duration, torques and errors of the joints, and the worst of these.
 
-    `used` is the largest error of every joint over the error allowed along the motion, `worst` the largest of
-    these and `joint` its joint, from 1; `proven` is the largest proven share near the motion.
+    `begin` is its first instant on the clock of all, s; `used` the largest error of every joint over that
+    allowed along the motion, `worst` the largest of these and `joint` its joint, from 1; `proven` the largest
+    proven share near the motion.
     """
     table = findings.tables["motions"]
     used_share = share_of(table.largest_error.values, table.allowed_error.values)
     renamed = table.rename(motion_origin="origin")
     names = ("motion", "origin", "set_points", "duration")
+    time, parts = findings.trajectory.time, findings.trajectory.motions
     per_joint = ("peak_torque", "allowed_error", "largest_error", "rms_error")
     return [
         {
             **{name: renamed[name].values[k].tolist() for name in (*names, *per_joint)},
+            "begin": float(time[parts[k].first]),
             "used": used_share[k].tolist(),
             "worst": float(used_share[k].max()),
             "joint": int(used_share[k].argmax()) + 1,

@@ -45,7 +45,9 @@ def element_rows(findings: Findings) -> list[Row]:
     """
     reference = text_verdicts(findings.arm.name)
     verdicts = reference.verdicts if reference else {}
-    changes = stretches(findings.tables["dominance_over_time"])
+    motion = findings.trajectory
+    starts = [float(motion.time[part.first]) for part in motion.motions]
+    changes = stretches(findings.tables["dominance_over_time"], starts)
     robustness = findings.tables.get("robustness")
     probable = {} if robustness is None else robustness.over_motion.to_series().to_dict()
     return [

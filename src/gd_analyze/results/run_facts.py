@@ -83,8 +83,8 @@ def _stop_words(row: Row, proof: str) -> str:
     if row["terms"] > READABLE:
         return f"{row['terms']} terms: too many to read"
     costs = (
-        f"D, h, c {row['operations']}/{row['sines_cosines']}, "
-        f"torque {row['operations_torque']}/{row['sines_cosines_torque']}"
+        f"D, h, c {row['operations_apart']}/{row['sines_cosines_apart']}, "
+        f"torque {row['operations']}/{row['sines_cosines']}"
     )
     return f"{row['terms']} terms; {costs}; {_used_words(row, proof)}"
 

@@ -187,7 +187,7 @@ def terms_table(ranking: TermRanking, arm: RobotArm, written_out: bool) -> xr.Da
         {
             "written_out": int(written_out),
             "total": ranking.total,
-            "not_worth_keeping": ranking.not_worth_keeping,
+            "not_worth_keeping": -1 if ranking.not_worth_keeping is None else ranking.not_worth_keeping,
         },
     )
 

@@ -122,8 +122,8 @@ def text_agreement(findings: Findings) -> str:
 
 def not_worth_keeping(findings: Findings) -> int | None:
     """Number of terms that together stay below the stated uncertainty; None if none is stated."""
-    stated = findings.tables["beyond"].uncertainty.notnull().any()
-    return int(findings.tables["terms"].attrs["not_worth_keeping"]) if stated else None
+    count = int(findings.tables["terms"].attrs["not_worth_keeping"])
+    return None if count < 0 else count
 
 
 def ranking_table(findings: Findings, top: int | None = None) -> Table:

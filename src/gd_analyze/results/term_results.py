@@ -87,7 +87,8 @@ def trade_off_result(points: Sequence[TradeOffPoint], exact: ExactDynamics, budg
         None,
         "Operations/sines and cosines of one torque evaluation, by budget",
         declared_columns("trade_off", seen, [*seen]),
-        "If no model takes fewer operations, those of the exact torque are shown.",
+        "Each budget is kept at these states alone, as with `simplify --at-set-points`; near a motion it "
+        "takes more operations. If no model takes fewer, those of the exact torque are shown.",
     )
     stored = [
         {

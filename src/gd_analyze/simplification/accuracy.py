@@ -387,5 +387,5 @@ def gamma_words(gamma: float) -> str:
     if gamma >= 1.0:
         return f"up to {gamma_size(gamma)} off the exact one: {FEEDFORWARD_ONLY}"
     if gamma > _COARSE_GAMMA:
-        return f"up to {gamma_size(gamma)} off the exact one, but positive definite: feedback stays stable"
+        return f"up to {gamma_size(gamma)} off the exact one where it was tried, and positive definite there"
     return f"within {gamma_size(gamma).removeprefix('< ')} of the exact one: safe for feedback"

@@ -46,7 +46,8 @@ class TermRanking:
 
     terms: tuple[RankedTerm, ...] = ()
     uncertainty: tuple[float, ...] | None = None  # largest standard uncertainty of every joint's torque, N m
-    not_worth_keeping: int = 0  # number of last terms that may be dropped with every error below it
+    # Number of last terms that may be dropped with every error below it; None without uncertainty
+    not_worth_keeping: int | None = None
     unlisted: int = 0  # number of smallest terms that are not ranked
     unlisted_share: float = 0.0  # largest torque of these together, over the joint's peak torque
 
@@ -144,7 +145,7 @@ def rank_terms(
         )
     unlisted = len(all_terms) - len(rows), float(np.abs(unlisted_error).max(initial=0.0))
     if limit is None:
-        return TermRanking(tuple(rows), None, 0, *unlisted)
+        return TermRanking(tuple(rows), None, None, *unlisted)
     exceeds = (np.array(errors) * whole > limit).any(axis=1)
     # The first row is without any dropped term; unlisted terms may exceed it already.
     may_go = max(int(exceeds.argmax()) - 1, 0) if exceeds.any() else len(errors) - 1

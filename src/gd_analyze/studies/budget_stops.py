@@ -109,7 +109,7 @@ def _row(stop: Stop) -> dict[str, Any]:
     """Figures of a stop's model."""
     if stop.held is None:
         unknown = dict.fromkeys(
-            ("terms", "operations", "operations_torque", "sines_cosines", "sines_cosines_torque"), -1
+            ("terms", "operations_apart", "operations", "sines_cosines_apart", "sines_cosines"), -1
         )
         return {**unknown, "terms_beyond": stop.terms_beyond, "proven_share": np.nan, "gamma": np.nan}
     model, certificate = stop.held.model, stop.held.certificate
@@ -117,10 +117,10 @@ def _row(stop: Stop) -> dict[str, Any]:
     proven_share = np.nan if certificate is None else float((certificate.counting / allowed).max())
     return {
         "terms": len(model.terms),
-        "operations": model.functions.operations.total,
-        "operations_torque": model.operations.total,
-        "sines_cosines": model.functions.operations.sines_cosines,
-        "sines_cosines_torque": model.operations.sines_cosines,
+        "operations_apart": model.functions.operations.total,
+        "operations": model.operations.total,
+        "sines_cosines_apart": model.functions.operations.sines_cosines,
+        "sines_cosines": model.operations.sines_cosines,
         "terms_beyond": stop.terms_beyond,
         # The exact torque has no error but round-off.
         "proven_share": 0.0 if model.is_exact else proven_share,

@@ -13,7 +13,7 @@
  * The exact torque takes 22 (12 mult + 10 add), 4 sin and cos,
  *   exact D, h and c, each a function of its own, 3 + 7 + 4 operations,
  *   4 sin and cos.
- * Inertia of the drives: left out.
+ * Inertia of the drives: none in the arm's file.
  * Units: rad and m, s, N m and N. Friction is not included.
  * Arm two_link, SHA-256 of all that affects its torque:
  *   187bf5c5c5eed8fce5b8ab617b4b82c548c4e2e83b09ba06363becbb363e8f7f
