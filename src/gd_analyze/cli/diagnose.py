@@ -65,7 +65,10 @@ def diagnose(
         next_command = shlex.join(main_job)
         identify, word = is_for_identification(diagnosis), word_of(diagnosis)
         if word == "tells nothing":
-            next_command = log_options.command_that_excites(robot.words)
+            has_useless_columns = any(fault.is_of_column for fault in diagnosis.faults)
+            next_command = log_options.command_that_tells(
+                robot.words, logs[0], has_useless_columns=has_useless_columns
+            )
         elif word != "agrees" or identify:
             next_command = log_options.command_that_mends(
                 [*robot.words, *logs],

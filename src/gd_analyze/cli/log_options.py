@@ -167,8 +167,13 @@ def command_that_mends(inputs: Sequence[str], typed: Sequence[str], *, identify:
     return shlex.join([*typed, *options]) if options and is_new else ""
 
 
-def command_that_excites(robot: Sequence[str]) -> str:
-    """What to type where a log tells nothing of a robot, named by these words: a motion that does."""
+def command_that_tells(robot: Sequence[str], log: str, *, has_useless_columns: bool) -> str:
+    """What to type where a log tells nothing of a robot, named by these words.
+
+    That is a motion that does, unless columns are of no use: then how they are read.
+    """
+    if has_useless_columns:
+        return shlex.join(["gd-analyze", "columns", *robot, log, *words_of_reading()])
     return shlex.join(["gd-analyze", "plan", *robot, "--exciting", "--duration", "20", "-o", "exciting.csv"])
 
 
