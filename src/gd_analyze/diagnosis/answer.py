@@ -214,6 +214,8 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
         fitted.append(f"masses (off by some {percent(fit.off)})")
     is_of_all = not any(fault.is_of_column for fault in diagnosis.faults)
     subject = "describes this robot" if is_of_all else f"fits {named_joints([i + 1 for i in compared], n)}"
+    if is_of_all and word_of(diagnosis) == "agrees in part":
+        subject += " in part"
     text = f"The file {subject}: with {enumerated(fitted)} fitted, {_left(diagnosis, compared)}."
     if diagnosis.needing_a_fit:
         joints = named_joints(diagnosis.needing_a_fit, n)
