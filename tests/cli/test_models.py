@@ -319,7 +319,7 @@ def test_certified_over_the_arms_limits(run, model):
     assert run(f"{TWO} --level energy -o model.json").code == 0
     words = "certify model.json --effort 1000"
     shown, told = run(words).words, run(f"{words} --json").json
-    assert (told["arm"], told["effort"], told["tube"]) == ("two_link", 1000, None)
+    assert (told["arm"], told["effort"], told["tube"], told["extremes"]) == ("two_link", 1000, None, None)
     assert told["allowed_and_largest_error"] == "measured"
     for joint in told["joints"]:
         assert max(joint["largest_error"], joint["worst_found"]) <= joint["certified"]

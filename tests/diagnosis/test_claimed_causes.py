@@ -63,6 +63,15 @@ def test_torques_of_another_motion_have_no_cause(robot, good, two_link):
     assert "No sign, unit, payload or column mends it" in answer(found)
 
 
+def test_a_position_that_never_changes_is_told(good, two_link):
+    """The column of another joint, or of none, while the joint moves."""
+    time, q, torque = good
+    found = gd.diagnose(two_link, log_of(time, q * [0.0, 1.0] + [0.3, 0.0], torque))
+    assert not found.causes
+    assert "The position of joint 1 never changes" in answer(found)
+    assert "--map q:1=COLUMN" in answer(found)
+
+
 def test_links_that_are_absurd_explain_nothing(good, two_link):
     """What remains is that of links within a file's error, though others would explain the log."""
     time, q, torque = good

@@ -14,7 +14,7 @@ from gd_analyze.diagnosis.hypothesis import MOST_REMAINDER, Candidate, Problem
 from gd_analyze.diagnosis.of_one_log import DIFFERENCES, FrictionOfLogs
 from gd_analyze.diagnosis.of_positions import TimeUnit, doubtful_positions
 from gd_analyze.diagnosis.remedies import IN_DEGREES
-from gd_analyze.errors import in_options
+from gd_analyze.errors import argument, in_options
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import amount, enumerated, named_joints, percent
 
@@ -146,7 +146,19 @@ def _verdict(diagnosis: Diagnosis) -> str:
     subject = f"{_of_good(diagnosis, good)} but not" if good else "does not fit"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
     text = f"The file {subject} {joints} (even with its links fitted, {_left_of_poor(diagnosis, poor)})."
+    unmoved = _unmoved(diagnosis)
+    if unmoved:
+        never = f"The position of {named_joints(unmoved, n)} never changes in the log"
+        remedy = in_options(argument("map", f"q:{unmoved[0]}=COLUMN"))
+        return f"{text} {never}: if it moved, name another column with {remedy}."
     return f"{text} No sign, unit, payload or column mends it."
+
+
+def _unmoved(diagnosis: Diagnosis) -> list[int]:
+    """Joints, from 1, that every reading has at one position."""
+    positions = [log.recording.q for log in diagnosis.problem.samples.logs if log.recording is not None]
+    q = np.concatenate(positions)
+    return (1 + np.flatnonzero(np.ptp(q, axis=0) == 0.0)).tolist()
 
 
 def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:

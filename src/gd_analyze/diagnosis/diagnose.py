@@ -20,6 +20,7 @@ from gd_analyze.diagnosis.causes import (
     ranked,
     rivals_of,
 )
+from gd_analyze.diagnosis.equations import corrected_columns
 from gd_analyze.diagnosis.faults import VELOCITIES, Fault, without_faults
 from gd_analyze.diagnosis.fit import MOST_CHANGES, FileFit
 from gd_analyze.diagnosis.hypothesis import Candidate, Problem
@@ -44,6 +45,8 @@ _WORSE_SHARE = 0.05
 # Constant torque, as a share of a joint's RMS torque, that is more than a sensor's usual bias. Of files that
 # agree with real logs of six arms it is at most 0.05 at joints that carry weight, 0.2 at others.
 _MUCH_OFFSET_SHARE = 0.2
+# Share of the samples in which a joint moves one way, of which friction and offset are told apart.
+_LEAST_SHARE_OF_A_WAY = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,12 +129,21 @@ class Diagnosis:
     def offsets(self) -> dict[int, float]:
         """Constant torques, N m (N), that the file does not explain and that are much of a joint's, by joint.
 
-        Joints count from 1; those of which much else remains are left out.
+        Joints count from 1. Those of which much else remains are left out, and those that hardly move one of
+        both ways, where a constant may be friction.
         """
         size, constant = self.as_mended.rms / self.as_mended.share, self.after.joint_numbers[:, -1]
         is_much = np.abs(constant) > _MUCH_OFFSET_SHARE * size
         is_much &= self.after.residuals <= MOST_RESIDUAL_SHARE
-        return {i + 1: float(constant[i]) for i in np.flatnonzero(is_much).tolist()}
+        if not is_much.any():
+            return {}
+        columns, counts, shared = corrected_columns(self.corrected.samples, self.corrected.correction)
+        offsets = {}
+        for i in np.flatnonzero(is_much).tolist():
+            ahead = float(np.mean(columns[i, counts[:, i], shared + 1] > 0.0))
+            if min(ahead, 1.0 - ahead) > _LEAST_SHARE_OF_A_WAY:
+                offsets[i + 1] = float(constant[i])
+        return offsets
 
     @property
     def cause(self) -> Candidate | None:

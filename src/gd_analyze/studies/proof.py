@@ -70,7 +70,7 @@ def proof(
     largest = largest_torque(model, region, harmonics=harmonics)
     accuracy = model.accuracy
     elsewhere = motion is not None and motion.name != accuracy.fitted_on.get("trajectory")
-    arm, box, certified = model.arm, (extremes or certificate).box, certificate.certified
+    arm, certified = model.arm, certificate.certified
     shares = share_of(certified, accuracy.errors.peak_torque) if accuracy.measured else certified
     worst = int(np.nanargmax(shares))
     if accuracy.measured and np.isfinite(shares[worst]):
@@ -82,7 +82,6 @@ def proof(
         states = in_words(accuracy.fitted_on) if accuracy.fitted_on else "unnamed states"
         notices.append(f"Allowed and sampled errors are {STATED} for {states}, not measured.")
     within = "the arm's limits" if motion is None else "the motion's margins"
-    limits = {name: getattr(box, name) for name in ("lower", "upper", "velocity", "acceleration")}
     return Result(
         title=f"{arm.title or arm.name}: proven torque error of the model of level {model.level}",
         subtitle=f"within {certificate.where}",
@@ -93,7 +92,8 @@ def proof(
             Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("allowed_and_largest_error", "measured" if accuracy.measured else STATED),
             Value("from", region.where),
-            Value("box", limits),
+            Value("box", vars(certificate.box)),
+            Value("extremes", None if extremes is None else vars(extremes.box)),
             Value("tube", _tube(certificate)),
             *_definite(model, certificate, definiteness),
             Value("effort", effort),
