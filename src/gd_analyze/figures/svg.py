@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from html import escape
@@ -33,6 +34,7 @@ _THINNED_WITHIN = 0.04
 # Most points of a curve: some three per pt of a wide panel.
 _MOST_POINTS = 600
 _LEGEND_HEIGHT = 14.0
+_NUMBERS_OF_CELLS = re.compile("<g data-cells='[^']*'/>")
 
 Placed = Callable[[FloatArray, FloatArray], FloatArray]
 # A colour as a page's style names it.
@@ -54,7 +56,7 @@ def figure_svg(figure: Figure) -> str:
     )
     for name, colour in ON_PAPER.items():
         svg = svg.replace(_colour(name), colour)
-    return svg
+    return _NUMBERS_OF_CELLS.sub("", svg)  # which a page's script reads
 
 
 def panel_svg(panel: Panel, figure: Figure) -> str:
