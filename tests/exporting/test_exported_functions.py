@@ -327,6 +327,8 @@ def test_friction_is_that_of_the_drives(puma):
     assert_close(values(what, still)["tau_friction"], wanted)
 
 
+# The larger offset is told.
+@pytest.mark.filterwarnings("ignore:.*A constant 2 N m at joint 2:gd_analyze.GdAnalyzeWarning")
 @pytest.mark.parametrize(
     ("friction", "levels"), [((3.0, 1.5, 0.5), (3.5, -2.5)), ((1.0, 0.5, 2.0), (3.0, 0.0))]
 )

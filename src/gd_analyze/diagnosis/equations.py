@@ -54,9 +54,14 @@ class TorqueSums:
     scored: FloatArray
     counts: FloatArray  # samples fitted and scored, (2, n)
     shared: int  # columns that all joints share
-    n_joints: int
+    is_revolute: Array  # (n,)
     # Fitted equations without a joint's own numbers, by joint and which of these are free
     eliminated: dict[tuple[int, tuple[bool, ...]], Eliminated] = field(default_factory=dict)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints n."""
+        return len(self.is_revolute)
 
     @property
     def total(self) -> FloatArray:
@@ -165,4 +170,4 @@ def equations_of(samples: Samples, correction: Trial) -> TorqueSums:
     counts_by_part = np.array(
         [counts[~samples.scored].sum(axis=0), counts[samples.scored].sum(axis=0)], dtype=float
     )
-    return TorqueSums(sums[0], sums[1], counts_by_part, shared, samples.arm.n_joints)
+    return TorqueSums(sums[0], sums[1], counts_by_part, shared, np.array(samples.arm.is_revolute))

@@ -224,9 +224,14 @@ def _density(torque: FloatArray, weight: FloatArray, used: Array) -> float:
 
 
 def _off(equations: TorqueSums, changes: FloatArray, used: Array) -> float:
-    """Torque of the links' changes over the file's torque, as RMS."""
-    shared, counts = equations.shared, equations.counts.sum(axis=0)[used]
-    file = equations.total[used, shared + NUMBERS_OF_JOINT, shared + NUMBERS_OF_JOINT]
-    moved = (equations.total[used][:, :shared, :shared] @ changes) @ changes
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.sqrt(np.sum(moved / counts) / np.sum(file / counts)))
+    """Torque of the links' changes over the file's, as RMS: the larger of revolute and prismatic joints."""
+    shared, total = equations.shared, equations.total
+    counts = np.maximum(equations.counts.sum(axis=0), 1.0)
+    file = total[:, shared + NUMBERS_OF_JOINT, shared + NUMBERS_OF_JOINT] / counts
+    moved = ((total[:, :shared, :shared] @ changes) @ changes) / counts
+    shares = [np.nan]
+    for kind in (used & equations.is_revolute, used & ~equations.is_revolute):
+        if kind.any():
+            with np.errstate(divide="ignore", invalid="ignore"):
+                shares.append(float(np.sqrt(moved[kind].sum() / file[kind].sum())))
+    return float(np.fmax.reduce(shares))
