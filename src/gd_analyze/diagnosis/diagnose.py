@@ -42,9 +42,10 @@ from gd_analyze.threads import one_thread
 _MOST_DIAGNOSED_ALONE = 8
 # Share of the torque by which what is left may rise at a joint, beside a file as it is.
 _WORSE_SHARE = 0.05
-# Constant torque, as a share of a joint's RMS torque, that is more than a sensor's usual bias. Of files that
-# agree with real logs of six arms it is at most 0.05 at joints that carry weight, 0.2 at others.
-_MUCH_OFFSET_SHARE = 0.2
+# Constant torque, as a share of a joint's RMS torque, and of the largest of all revolute or all prismatic
+# joints, that is more than a sensor's usual bias. Of files that agree with real logs of six arms it is at
+# most 0.05 of its own at joints that carry weight; wrists have more.
+_MUCH_OFFSET_SHARE, _LEAST_OFFSET_SHARE = 0.2, 0.05
 # Share of the samples in which a joint moves one way, of which friction and offset are told apart.
 _LEAST_SHARE_OF_A_WAY = 0.15
 
@@ -133,7 +134,11 @@ class Diagnosis:
         both ways, where a constant may be friction.
         """
         size, constant = self.as_mended.rms / self.as_mended.share, self.after.joint_numbers[:, -1]
-        is_much = np.abs(constant) > _MUCH_OFFSET_SHARE * size
+        is_revolute = np.array(self.arm.is_revolute)
+        largest = [np.fmax.reduce(size[is_revolute == kind], initial=0.0) for kind in is_revolute]
+        is_much = np.abs(constant) > np.maximum(
+            _MUCH_OFFSET_SHARE * size, _LEAST_OFFSET_SHARE * np.array(largest)
+        )
         is_much &= self.after.residuals <= MOST_RESIDUAL_SHARE
         if not is_much.any():
             return {}
