@@ -23,7 +23,7 @@ from gd_analyze.text import in_python, joint_name, short_names
 if TYPE_CHECKING:
     import xarray as xr
 
-SCHEMA_VERSION = 17
+SCHEMA_VERSION = 18
 
 # Inputs are bounded so that torques stay below 1e65, see `gd_analyze.text.LARGEST`.
 LARGEST_RESULT = 1e150
