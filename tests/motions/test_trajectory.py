@@ -189,6 +189,8 @@ SLIPS: dict[str, tuple[dict[str, object], str]] = {
     ),
     "no velocities": ({"qd": 0 * SQD}, "qd of joints 1 and 2 is 0 throughout"),
     "no accelerations": ({"qdd": 0 * SQDD}, "qdd of joints 1 and 2 is 0 throughout"),
+    # Right velocities show that time is right, too.
+    "huge accelerations": ({"qdd": 1e6 * SQDD}, "qdd of joints 1 and 2 is not the derivative of qd"),
     "other sign": ({"qd": -SQD}, "with the other sign"),
     "columns exchanged": ({"qd": SQD[:, [1, 0, 2]]}, "qd of joints 1 and 2 is not the derivative"),
     "of one joint": ({"qd": SQD * [1, 0.5, 1], "qdd": SQDD * [1, 0.5, 1]}, "qd of joint 2 is not"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -218,26 +218,30 @@ def contradictions(
     derived: Sequence[str] = (),
 ) -> list[str]:
     """One line per likely mistake in given velocities, or else accelerations, that are not derivatives."""
+    is_time_right = False
     for v, derivative, x, values in (("qd", qd, "q", q), ("qdd", qdd, "qd", qd)):
         if derivative is None or v in derived:
             continue
         factors, contradicts = derivative_factors(time, values, derivative, gaps)
+        doubtful = {v} if is_time_right else {x, v, "time"}
         joints_of: dict[str, list[int]] = {}
         for joint in np.flatnonzero(contradicts).tolist():
-            joints_of.setdefault(_mistake(float(factors[joint]), x, v), []).append(joint + 1)
+            joints_of.setdefault(_mistake(float(factors[joint]), x, v, doubtful), []).append(joint + 1)
         if joints_of:
             n = q.shape[1]
             return [f"{v} of {named_joints(joints, n)} is {mistake}" for mistake, joints in joints_of.items()]
+        # Velocities that are the derivative of positions show it.
+        is_time_right = bool(np.isfinite(factors).any())
     return []
 
 
-def _mistake(factor: float, x: str, v: str) -> str:
-    """What a column v is, instead of the derivative of x, that is too large by a factor."""
+def _mistake(factor: float, x: str, v: str, doubtful: Collection[str]) -> str:
+    """What a column v is, instead of the derivative of x, too large by a factor; some units are doubtful."""
     if factor == 0.0:
         return f"0 throughout while {x} changes: if unknown, leave the {v} columns out and they are derived"
     if abs(factor + 1.0) < FACTOR_TOLERANCE:
         return f"the derivative of {x} with the other sign"
-    units = units_of_factors(np.array([factor]), x, v, unstated={x, v, "time"}) or {}
+    units = units_of_factors(np.array([factor]), x, v, unstated=doubtful) or {}
     units = {role: unit for role, unit in units.items() if unit != "s"}
     if not units:
         return f"not the derivative of {x}: check the units, and the order of the columns"
