@@ -273,6 +273,13 @@ def test_families_of_zeros_are_left_out(read, warned):
     assert "measured" in why["PositionCmptd1"]
 
 
+def test_decimal_commas_between_commas_are_told(read):
+    with pytest.raises(TrajectoryError) as caught:
+        read("time,q1,q2\n" + "".join(f"{k},5,0,{k},-0,2{k}\n" for k in range(1, 9)), TWO)
+    assert "decimal commas" in caught.value.what
+    assert "semicolons" in caught.value.details["next"]
+
+
 def test_torques_of_zeros_are_told(read, warned):
     line = "1,2,0,0"
     with warned() as texts:

@@ -19,6 +19,7 @@ from gd_analyze.motions.sampling import (
     usual_step,
 )
 from gd_analyze.motions.table import LogTable
+from gd_analyze.motions.text import DECIMAL_COMMAS
 from gd_analyze.robots.arm import RobotArm
 from gd_analyze.text import number
 
@@ -138,10 +139,10 @@ def require_sound(
     message, details = error.what, error.details
     expected, facts = details.get("expected", ""), [details.get("found", "")]
     if len(rows) == count:
-        step, facts = (
-            "choose other columns with `map`, or record anew",
-            [*facts, f"none of {count} rows can be read"],
-        )
+        facts.append(f"none of {count} rows can be read")
+        step = "choose other columns with `map`, or record anew"
+        if DECIMAL_COMMAS in message:
+            step = details["next"]
         raise refusal(message, details["where"], expected, facts, step)
     lines = _listed_lines(table.lines_of(rows[: _MOST_LISTED_LINES + 1]), len(rows))
     if drop:

@@ -44,6 +44,8 @@ _NOT_GIVEN = sorted({word for empty in EMPTY for word in (empty, empty.upper(), 
 _INFINITE = frozenset({"inf", "-inf", "infinity", "-infinity"})
 _SPREADSHEETS = (".xlsx", ".xls", ".ods")
 _HEADING = re.compile(r"[A-Za-z]+ ?:\s+")
+_WHOLE = re.compile(r"[-+]?[0-9]+")
+DECIMAL_COMMAS = "decimal commas"
 _WITH_COMMA = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 
 
@@ -271,6 +273,9 @@ class TextTable(LogTable):
             where = Location(self.path, number, min(len(cells), width) + 1)
             expected = f"{width} columns, as in the {'header' if self.layout.header else 'first line'}"
             step = "complete the line, or remove it if the recording broke off there"
+            if len(cells) > width and self.layout.delimiter == "," and all(map(_WHOLE.fullmatch, cells)):
+                message = f"{message}: its numbers have {DECIMAL_COMMAS}"
+                step = "write decimal points, or separate the columns by semicolons"
             raise refusal(message, where, expected, str(len(cells)), step)
         return cells
 
