@@ -216,8 +216,12 @@ def rivals_of(cause: Candidate, ranking: Sequence[Candidate], problem: Problem) 
     others = [other for other in ranking if other is not cause and is_claimable(other, problem)]
     same = [other for other in others if is_same(other, cause)]
     same.sort(key=lambda other: names.index(other.name))
-    nearly = [other for other in others if other not in same and other.fall > cause.fall - _ALIKE_FALL]
-    by_name = {other.name: other for other in reversed([*same, *nearly]) if other.name != cause.name}
+    nearly = [
+        other
+        for other in others
+        if other not in same and other.name != cause.name and other.fall > cause.fall - _ALIKE_FALL
+    ]
+    by_name = {other.name: other for other in reversed([*same, *nearly])}
     return tuple(reversed(by_name.values()))[:_MOST_RIVALS]
 
 
