@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+import gd_analyze as gd
 from gd_analyze.operations.program import Program
 from gd_analyze.operations.trace import Trace
 from gd_analyze.results.model_facts import apart_text, headline, operation_facts
@@ -76,3 +78,11 @@ def test_sines_and_cosines_stand_beside_operations_everywhere(exact):
         }
         assert f"{functions.operations.sines_cosines} sin and cos" in apart_text(model)
     assert str(model.operations.sines_cosines) in repr(model)
+
+
+def test_a_budget_that_verdicts_miss_is_told(two_link, swing):
+    model, wide = (gd.simplify(two_link, swing, budget, level="element") for budget in ("1%", "90%"))
+    missed = 1 + np.flatnonzero(model.accuracy.errors.largest > model.accuracy.allowed)
+    assert missed.tolist() == [1, 2]
+    assert headline(model).endswith("It misses the budget of 1% at every joint.")
+    assert "misses" not in headline(wide)

@@ -16,7 +16,7 @@ from gd_analyze.schema import declared_columns, declared_table
 from gd_analyze.simplification.accuracy import FEEDFORWARD_ONLY, PROVEN, NormShare, gamma_words, share_of
 from gd_analyze.simplification.harmonic import ENERGY, TERM
 from gd_analyze.simplification.model import SimplifiedModel
-from gd_analyze.text import percent
+from gd_analyze.text import named_joints, percent
 
 
 class WorstError(NamedTuple):
@@ -270,7 +270,16 @@ def headline(model: SimplifiedModel, error: str | None = None) -> str:
                 f"the exact ones: {exact.pair}, the model's {apart.pair}"
             )
     use = f" {FEEDFORWARD_ONLY.capitalize()}." if model.is_torque_only else ""
-    return f"{costs}. {error or error_text(model)}.{use}"
+    return f"{costs}. {error or error_text(model)}.{use}{_missed_budget(model)}"
+
+
+def _missed_budget(model: SimplifiedModel) -> str:
+    """The joints at which a model by verdicts misses its budget, in a sentence; "" if there are none."""
+    accuracy = model.accuracy
+    missed = (1 + np.flatnonzero(accuracy.errors.largest > accuracy.allowed)).tolist()
+    if not missed:
+        return ""
+    return f" It misses the budget of {accuracy.asked.words} at {named_joints(missed, model.arm.n_joints)}."
 
 
 def drives_text(arm: RobotArm, drives: bool) -> str:
