@@ -315,6 +315,16 @@ def test_a_model_of_several_motions_is_proven_again(run):
     assert told["holds"]
 
 
+def test_along_a_motion_the_box_of_its_extremes_is_told(run):
+    """No box holds the bound near the motion, whose states fill only some of one."""
+    assert run(f"{TWO} --budget 60% -o model.json").code == 0
+    told = run("certify model.json --along two-link-swing --effort 1000 --json").json
+    swing = gd.read_trajectory("two-link-swing", gd.load_arm("two_link"))
+    assert told["box"] is None
+    assert told["extremes"]["lower"] == swing.q.min(axis=0).tolist()
+    assert told["extremes"]["velocity"] == np.abs(swing.qd).max(axis=0).tolist()
+
+
 def test_certified_over_the_arms_limits(run, model):
     assert run(f"{TWO} --level energy -o model.json").code == 0
     words = "certify model.json --effort 1000"

@@ -59,6 +59,8 @@ def test_errors_say_what_they_are_of(tmp_path):
     budgets = ("20%", "0.3 N m", "20% or 0.3 N m")
     table = batch([{**ROWS[0], "budget": budget} for budget in budgets], tmp_path)
     assert table.sampled_error_of.tolist() == ["peak torque", "N m", "the budget"]
+    stored = batch_result(table).values()["table"]
+    assert [row["sampled_error_of"] for row in stored] == ["peak torque", "N m", "the budget"]
     (sampled,) = (c for c in batch_result(table).parts[0].columns if c.label == "sampled")
     share, torque, of_budget = table.sampled_error
     assert sampled.values == [

@@ -46,7 +46,7 @@ def diagnose(
       gd-analyze diagnose my_robot.urdf logs
     """
     with output.working() as progress:
-        from gd_analyze.diagnosis.answer import is_for_identification, word_of
+        from gd_analyze.diagnosis.answer import has_useless_columns, is_for_identification, word_of
         from gd_analyze.results.diagnosis_result import diagnosis_result
         from gd_analyze.results.findings import provenance
         from gd_analyze.studies.study_files import StudyFolder
@@ -64,11 +64,10 @@ def diagnose(
         main_job = ["gd-analyze", *robot.words, *logs, *log_options.words_of_reading(), *carried]
         next_command = shlex.join(main_job)
         identify, word = is_for_identification(diagnosis), word_of(diagnosis)
-        if word == "tells nothing":
-            has_useless_columns = any(fault.is_of_column for fault in diagnosis.faults)
-            next_command = log_options.command_that_tells(
-                robot.words, logs[0], has_useless_columns=has_useless_columns
-            )
+        if has_useless_columns(diagnosis):
+            next_command = log_options.command_of_columns(robot.words, logs[0])
+        elif word == "tells nothing":
+            next_command = log_options.command_that_excites(robot.words)
         elif word != "agrees" or identify:
             next_command = log_options.command_that_mends(
                 [*robot.words, *logs],

@@ -167,14 +167,14 @@ def command_that_mends(inputs: Sequence[str], typed: Sequence[str], *, identify:
     return shlex.join([*typed, *options]) if options and is_new else ""
 
 
-def command_that_tells(robot: Sequence[str], log: str, *, has_useless_columns: bool) -> str:
-    """What to type where a log tells nothing of a robot, named by these words.
-
-    That is a motion that does, unless columns are of no use: then how they are read.
-    """
-    if has_useless_columns:
-        return shlex.join(["gd-analyze", "columns", *robot, log, *words_of_reading()])
+def command_that_excites(robot: Sequence[str]) -> str:
+    """What to type where a log tells nothing of a robot, named by these words: a motion that does."""
     return shlex.join(["gd-analyze", "plan", *robot, "--exciting", "--duration", "20", "-o", "exciting.csv"])
+
+
+def command_of_columns(robot: Sequence[str], log: str) -> str:
+    """What to type where columns of a log are of no use: how they are read."""
+    return shlex.join(["gd-analyze", "columns", *robot, log, *words_of_reading()])
 
 
 def read_motion(path: str | Path, arm: gd.types.RobotArm, progress: gd.types.Progress) -> gd.Trajectory:

@@ -12,7 +12,13 @@ import click
 import gd_analyze as gd
 from gd_analyze.cli import options
 from gd_analyze.cli.given import GivenRobot, robot_given
-from gd_analyze.cli.log_options import command_that_mends, command_that_tells, log_options, read_motions
+from gd_analyze.cli.log_options import (
+    command_of_columns,
+    command_that_excites,
+    command_that_mends,
+    log_options,
+    read_motions,
+)
 from gd_analyze.cli.options import FILE, command_line
 from gd_analyze.cli.output import Output, reporting, require_outputs
 from gd_analyze.cli.rules import is_given
@@ -114,9 +120,10 @@ def _next_command(
         return ""
     stated, typed = findings.tables["diagnosis"].attrs, shlex.split(command_line())
     verdict = findings.tables["measured_torque"].attrs["verdict"]
+    if stated["useless_columns"]:
+        return command_of_columns(robot.words, trajectories[0])
     if verdict == "tells nothing":
-        useless = findings.tables["diagnosis"].fault_share == 1.0
-        return command_that_tells(robot.words, trajectories[0], has_useless_columns=bool(useless.any()))
+        return command_that_excites(robot.words)
     if verdict == "agrees" and not stated["identify"]:
         source = robot.words if model is None else [str(model)]
         return shlex.join(["gd-analyze", "export", *source, "--to", "c"])

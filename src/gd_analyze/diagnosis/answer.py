@@ -93,6 +93,7 @@ def answer(diagnosis: Diagnosis) -> str:
         unit = f"say their unit first, such as {IN_DEGREES}"
         texts.append(f"The positions at {joints} are beyond what such joints reach: {unit}.")
     texts += [_of_causes(diagnosis)] if causes else []
+    texts += [_of_offsets(diagnosis)] if causes and diagnosis.offsets else []
     texts += [f"Log {log} differs: {_begun(cause.what)} ({cause.remedy})." for log, cause in diagnosis.apart]
     texts += ["Diagnose the logs one by one."] if diagnosis.apart else []
     texts += [_of_rival(diagnosis, rival) for rival in diagnosis.rivals]
@@ -115,7 +116,7 @@ def answer(diagnosis: Diagnosis) -> str:
 def opening(diagnosis: Diagnosis) -> str:
     """The verdict as a sentence or two: what the file describes, what is left, and faulty readings."""
     texts = [_verdict(diagnosis)]
-    if diagnosis.offsets and diagnosis.tells:
+    if diagnosis.offsets and diagnosis.tells and not diagnosis.causes:
         texts.append(_of_offsets(diagnosis))
     faults = [fault for fault in mentioned(diagnosis.faults) if fault.name != VELOCITIES]
     if faults:
@@ -146,19 +147,12 @@ def _verdict(diagnosis: Diagnosis) -> str:
     subject = f"{_of_good(diagnosis, good)} but not" if good else "does not fit"
     joints = "any joint" if len(poor) == n else named_joints([i + 1 for i in poor], n)
     text = f"The file {subject} {joints} (even with its links fitted, {_left_of_poor(diagnosis, poor)})."
-    unmoved = _unmoved(diagnosis)
+    unmoved = diagnosis.unmoved
     if unmoved:
         never = f"The position of {named_joints(unmoved, n)} never changes in the log"
         remedy = in_options(argument("map", f"q:{unmoved[0]}=COLUMN"))
         return f"{text} {never}: if it moved, name another column with {remedy}."
     return f"{text} No sign, unit, payload or column mends it."
-
-
-def _unmoved(diagnosis: Diagnosis) -> list[int]:
-    """Joints, from 1, that every reading has at one position."""
-    positions = [log.recording.q for log in diagnosis.problem.samples.logs if log.recording is not None]
-    q = np.concatenate(positions)
-    return (1 + np.flatnonzero(np.ptp(q, axis=0) == 0.0)).tolist()
 
 
 def contradicted_joints(diagnosis: Diagnosis) -> tuple[int, ...]:
@@ -205,9 +199,16 @@ def is_identified(arm: RobotArm) -> bool:
     return any(text.startswith(IDENTIFIED) for text in arm.sources)
 
 
+def has_useless_columns(diagnosis: Diagnosis) -> bool:
+    """Whether a column is of no use: of torques, or of positions that never change beside a misfit."""
+    if any(fault.is_of_column for fault in diagnosis.faults):
+        return True
+    return bool(diagnosis.unmoved) and not diagnosis.causes and bool(_poor(diagnosis))
+
+
 def is_for_identification(diagnosis: Diagnosis) -> bool:
     """Whether links fitted to the log, which they were not before, may explain what no cause does."""
-    if is_identified(diagnosis.arm):
+    if is_identified(diagnosis.arm) or has_useless_columns(diagnosis):
         return False
     if diagnosis.causes:
         return bool(diagnosis.made_worse)
@@ -234,7 +235,8 @@ def _of_fit(diagnosis: Diagnosis, compared: Sequence[int]) -> str:
         text += f" As it is, up to {percent(float(np.nanmax(diagnosis.as_filed.share)))} is left at {joints}."
     not_compared = [i + 1 for i in range(n) if i not in compared]
     if not_compared:
-        text += f" Of {named_joints(not_compared, n)} the log says nothing."
+        never = ", whose position never changes," if {*not_compared} <= {*diagnosis.unmoved} else ""
+        text += f" Of {named_joints(not_compared, n)}{never} the log says nothing."
     best = diagnosis.ranking[0] if diagnosis.ranking else None
     if fit.off > MUCH_TORQUE_SHARE and best is not None and best.fall > _POSSIBLE_FALL:
         text += f" That is far off, so look whether {_begun(best.what)} ({best.remedy})."
@@ -248,10 +250,9 @@ def _of_offsets(diagnosis: Diagnosis) -> str:
         f"{amount(torque, arm.joints[joint - 1].effort_unit)} at {named_joints([joint], arm.n_joints)}"
         for joint, torque in diagnosis.offsets.items()
     ]
-    return (
-        f"A constant {enumerated(constants)} is not the file's: a load, a spring, a bias of the sensor or "
-        "gravity along a slide."
-    )
+    verb = "is" if len(constants) == 1 else "are"
+    reasons = "a load, a spring, a bias of the sensor or gravity along a slide"
+    return f"A constant {enumerated(constants)} {verb} not the file's: {reasons}."
 
 
 def _poor(diagnosis: Diagnosis) -> list[int]:

@@ -127,6 +127,13 @@ class Diagnosis:
         return tuple((1 + np.flatnonzero(worse)).tolist())
 
     @cached_property
+    def unmoved(self) -> tuple[int, ...]:
+        """Joints, from 1, that every reading has at one position."""
+        recordings = [log.recording for log in self.problem.samples.logs]
+        q = np.concatenate([recording.q for recording in recordings if recording is not None])
+        return tuple((1 + np.flatnonzero(np.ptp(q, axis=0) == 0.0)).tolist())
+
+    @cached_property
     def offsets(self) -> dict[int, float]:
         """Constant torques, N m (N), that the file does not explain and that are much of a joint's, by joint.
 

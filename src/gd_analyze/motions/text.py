@@ -273,7 +273,9 @@ class TextTable(LogTable):
             where = Location(self.path, number, min(len(cells), width) + 1)
             expected = f"{width} columns, as in the {'header' if self.layout.header else 'first line'}"
             step = "complete the line, or remove it if the recording broke off there"
-            if len(cells) > width and self.layout.delimiter == "," and all(map(_WHOLE.fullmatch, cells)):
+            # Most numbers take two cells then; one cell too many is a slip.
+            are_halves = 2 * len(cells) >= 3 * width and all(map(_WHOLE.fullmatch, cells))
+            if are_halves and self.layout.delimiter == ",":
                 message = f"{message}: its numbers have {DECIMAL_COMMAS}"
                 step = "write decimal points, or separate the columns by semicolons"
             raise refusal(message, where, expected, str(len(cells)), step)

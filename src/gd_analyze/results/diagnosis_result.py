@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gd_analyze.arrays import FloatArray
-from gd_analyze.diagnosis.answer import answer, is_for_identification, what_remains_follows
+from gd_analyze.diagnosis.answer import (
+    answer,
+    has_useless_columns,
+    is_for_identification,
+    what_remains_follows,
+)
 from gd_analyze.diagnosis.causes import CLEAR_FALL, CLEAR_FALL_SHARE
 from gd_analyze.diagnosis.diagnose import Diagnosis
 from gd_analyze.diagnosis.hypothesis import Candidate
@@ -48,13 +53,14 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
     measured, fitted = problem.torques() if problem.moving else (nothing, nothing)
     mended, fitted_mended = corrected.torques() if is_compared else (nothing, nothing)
     claimed = [*diagnosis.causes, *diagnosis.rivals]
+    is_fitted = np.isfinite(diagnosis.after.residuals)
     values: dict[str, Any] = {
         "remains_before": diagnosis.before.residuals,
         "remains_after": diagnosis.after.residuals,
         "remains_as_filed": diagnosis.as_filed.share,
         "residual_as_filed": diagnosis.as_filed.rms,
         "below_95_as_filed": diagnosis.as_filed.below_95,
-        "offset": diagnosis.after.joint_numbers[:, -1],
+        "offset": np.where(is_fitted, diagnosis.after.joint_numbers[:, -1], np.nan),
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
@@ -84,6 +90,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "remedy": str(diagnosis.remedy),
         "options": diagnosis.remedy.options if diagnosis.remedy.is_all_typed else "",
         "identify": int(is_for_identification(diagnosis)),
+        "useless_columns": int(has_useless_columns(diagnosis)),
         "logs": "\n".join(diagnosis.logs),
         "tells": int(diagnosis.tells),
         "masses_off": diagnosis.after.off if is_compared else 0.0,

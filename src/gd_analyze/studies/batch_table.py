@@ -72,10 +72,11 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
     cells = table.reindex(columns=[*_ROWS, "sampled_error_of", "proven_error_of"]).astype(object)
     cells = cells.where(cells.notna(), None)
     values = {name: cells[name].tolist() for name in _ROWS}
+    references = {name: cells[name].tolist() for name in ("sampled_error_of", "proven_error_of")}
     seen = {
         name: [
             _error_text(error, of, is_bound=name == "proven_error")
-            for error, of in zip(values[name], cells[f"{name}_of"], strict=True)
+            for error, of in zip(values[name], references[f"{name}_of"], strict=True)
         ]
         for name in ("sampled_error", "proven_error")
     }
@@ -90,7 +91,7 @@ def batch_result(table: pd.DataFrame, most: int = 20) -> Result:
         headline=f"{done_count} of {len(table)} rows done.",
         facts=(Value("rows", len(table)), Value("done", done_count), Value("failed", len(failed))),
         parts=(
-            declared_table("batch", "table", "Rows", values, _ROWS, top=most, seen=seen),
+            declared_table("batch", "table", "Rows", values | references, _ROWS, top=most, seen=seen),
             *([_varied_table(table, numbers, most)] if numbers else []),
             *([failed_table] if len(failed) else []),
         ),

@@ -92,8 +92,8 @@ def proof(
             Fact("budget", "Budget", accuracy.budget, text=accuracy.asked.words),
             Value("allowed_and_largest_error", "measured" if accuracy.measured else STATED),
             Value("from", region.where),
-            Value("box", vars(certificate.box)),
-            Value("extremes", None if extremes is None else vars(extremes.box)),
+            Value("box", _limits(certificate) if motion is None else None),
+            Value("extremes", None if extremes is None else _limits(extremes)),
             Value("tube", _tube(certificate)),
             *_definite(model, certificate, definiteness),
             Value("effort", effort),
@@ -101,6 +101,11 @@ def proof(
         parts=(_joints(model, certificate, extremes, largest, "stated" if elsewhere else "sampled"),),
         notices=tuple(filter(None, notices)),
     )
+
+
+def _limits(certificate: Certificate) -> dict[str, FloatArray]:
+    """Limits of a box in which a bound is proven."""
+    return {name: getattr(certificate.box, name) for name in ("lower", "upper", "velocity", "acceleration")}
 
 
 def proven_again(
