@@ -277,6 +277,9 @@ def test_decimal_commas_between_commas_are_told(read):
     with pytest.raises(TrajectoryError) as caught:
         read("time,q1,q2\n" + "".join(f"{k},5,0,{k},-0,2{k}\n" for k in range(1, 9)), TWO)
     assert "decimal commas" in caught.value.what
+    with pytest.raises(TrajectoryError) as slip:
+        read("time,q1,q2\n" + "".join(f"{k},5,7\n" for k in range(8)) + "8,5,7,9\n", TWO)
+    assert "decimal" not in slip.value.what
     assert "semicolons" in caught.value.details["next"]
 
 

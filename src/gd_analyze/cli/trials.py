@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     default="stated",
     show_default=True,
     help="Exit with code 1 if a joint's error is larger on any motion: as --budget of `simplify`, along that "
-    "motion; `promise`, what the model's budget allowed, or at level element its error; `stated`, what the model states for these states; "
+    "motion; `promise`, what the model's budget allowed, or at level element its error; "
+    "`stated`, what the model states for these states; "
     "or `none`, as with --payload by default.",
 )
 @click.option("--strict", is_flag=True, help="Fail also where the model states nothing.")

@@ -324,10 +324,10 @@ def evaluate(
         version of it. Its drives are included if they are part of the model.
     fail_over
         Error above which a joint fails. A budget per joint: its shares are of the joint's torque along the
-        same motion, or over all motions if it needs none there. "promise": the model's own budget, or at level
-        "element" its error, wherever it was fitted. "stated": the same at the states it was fitted on, and the bound of its certificate
-        within its region, which is near a motion that is given or shipped, or within limits; other states
-        are not judged. None: no verdict.
+        same motion, or over all motions if it needs none there. "promise": the model's own budget, or at
+        level "element" its error, wherever it was fitted. "stated": the same at the states it was fitted on,
+        and the bound of its certificate within its region, which is near a motion that is given or shipped,
+        or within limits; other states are not judged. None: no verdict.
     strict
         Fail where states are not judged.
     box
