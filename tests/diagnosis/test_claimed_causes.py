@@ -16,6 +16,7 @@ from gd_analyze.diagnosis.causes import is_same
 from gd_analyze.diagnosis.fit import MOST_CHANGES
 from gd_analyze.dynamics.decomposition import torque_of
 from gd_analyze.motions.states import States
+from gd_analyze.results.beside_log import joint_verdicts
 from gd_analyze.tables import with_payload
 from gd_analyze.types import Diagnosis, Drive, RobotArm
 
@@ -200,6 +201,14 @@ def test_a_constant_that_no_file_explains_is_told(good, two_link):
     assert word_of(large) == "agrees in part"
     assert "A constant" in answer(large)
     assert "at joint 2 is not the file's" in answer(large)
+
+
+@pytest.mark.filterwarnings("ignore::gd_analyze.GdAnalyzeWarning")
+def test_a_joint_with_a_constant_does_not_just_fit(good, two_link):
+    time, q, torque = good
+    size = np.sqrt((torque**2).mean(axis=0))
+    findings = gd.analyze(two_link, log_of(time, q, torque + 0.6 * size * [0.0, 1.0]), level="element")
+    assert joint_verdicts(findings)[1] == "offset"
 
 
 @pytest.mark.parametrize("torques_alone", [True, False])

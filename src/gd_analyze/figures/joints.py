@@ -331,7 +331,7 @@ def followed_figure(run: Run, joints: Sequence[int]) -> Figure:
         panels.append(Panel(f"followed{i + 1}", title, x, y, items, text=8.0))
     legend = (
         LegendKey("measured", "combined"),
-        LegendKey("torque of the file, and fitted friction where the joint moves", "accent"),
+        LegendKey("torque of the file, and fitted friction and offset where the joint moves", "accent"),
         LegendKey("not explained", "area-left", "area"),
     )
     return in_columns("Measured torque beside that of file and friction", panels, 1, 104.0, legend)

@@ -18,9 +18,11 @@ FITS, NEEDS_FITTING, CONTRADICTED, NOT_COMPARED = "fits", "needs fitting", "cont
 # A joint that fits by itself, of a file that the log contradicts as a whole; and one of a log that friction
 # alone explains as well.
 IN_DOUBT, NOT_TOLD = "in doubt", "not told"
+# One that fits but for a constant torque.
+OFFSET = "offset"
 _NOTE = (
-    "Residual: measured torque less that of the file as it is and of fitted friction, at samples of the log "
-    "where the joint moves."
+    "Residual: measured torque less that of the file as it is, fitted friction and an offset, at samples of "
+    "the log where the joint moves."
 )
 _ON_TERMINAL = [
     "joint", "peak_measured", "residual", "residual_below_95", "share_left", "bound", "allowed", "said",
@@ -46,6 +48,8 @@ def joint_verdicts(findings: Findings) -> list[str]:
             words.append(NOT_TOLD)
         elif joint in log.contradicted:
             words.append(CONTRADICTED if fitted > MOST_RESIDUAL_SHARE else IN_DOUBT)
+        elif table.is_offset.values[joint - 1]:
+            words.append(OFFSET)
         else:
             words.append(FITS if as_filed <= MOST_RESIDUAL_SHARE else NEEDS_FITTING)
     return words

@@ -61,6 +61,7 @@ def diagnosis_table(diagnosis: Diagnosis) -> xr.Dataset:
         "residual_as_filed": diagnosis.as_filed.rms,
         "below_95_as_filed": diagnosis.as_filed.below_95,
         "offset": np.where(is_fitted, diagnosis.after.joint_numbers[:, -1], np.nan),
+        "is_offset": np.isin(np.arange(1, n + 1), list(diagnosis.offsets)),
         "follows": _texts(follows),
         **_candidates("cause", claimed),
         "cause_rival": np.array([candidate in diagnosis.rivals for candidate in claimed], dtype=bool),
