@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+import gd_analyze as gd
 from gd_analyze.certification.held import Held
 from gd_analyze.simplification.candidates import TooManyTermsError
 from gd_analyze.simplification.harmonic import TERM
@@ -60,3 +61,12 @@ def test_a_stop_says_why_it_has_no_model(exact):
         stop = stop_at(exact, TERM, budget, unasked, unsearched=reason)
         assert (stop.unsearched, stop.held) == (reason, None)
         assert stop.terms_beyond > 0
+
+
+def test_no_budget_has_two_models_on_the_path(puma, pick_and_place):
+    """Half of 2 % is a named budget, whose own model stands on the path."""
+    budgets = gd.analyze(puma, pick_and_place, budget="2%", at_set_points=True).tables["budgets"]
+    texts = budgets.budget.values.tolist()
+    assert "1%" in texts
+    assert len(texts) == len(set(texts))
+    assert texts[budgets.attrs["asked"]] == "2%"

@@ -29,6 +29,11 @@ class WorstError(NamedTuple):
     unit: str  # of a torque
 
     @property
+    def reference(self) -> str:
+        """What the value is a share of, or its unit."""
+        return self.of or self.unit
+
+    @property
     def size(self) -> str:
         """The figure alone: "0.94 %" or "0.93 N m"."""
         if self.of:
@@ -47,7 +52,7 @@ class WorstError(NamedTuple):
         """
         text = f"{lead} {self.text}".lstrip()
         fact = Fact(key, label, self.value, text=text, note=f"joint {self.joint}")
-        return fact.seen_if(is_seen), Value(f"{key}_of", self.of or self.unit)
+        return fact.seen_if(is_seen), Value(f"{key}_of", self.reference)
 
 
 def worst_error(model: SimplifiedModel, bound: FloatArray | None = None) -> WorstError:

@@ -246,7 +246,7 @@ def first_facts(findings: Findings) -> tuple[AnyFact, ...]:
     if model.is_exact or bound is None:
         text = "round-off only" if model.is_exact else "not proven"
         error = Fact("proven_error", label, None if bound is None else 0.0, text=text)
-        proven = error.seen_if(is_seen), Value("proven_error_of", worst.of or worst.unit)
+        proven = error.seen_if(is_seen), Value("proven_error_of", worst.reference)
     else:
         proven = worst_error(model, bound).facts("proven_error", label, "at most", is_seen=is_seen)
     tried_label = f"Torque error near the motion, {thousands(tried)} states tried"
@@ -290,7 +290,7 @@ def check_values(findings: Findings) -> tuple[Value, ...]:
     values: dict[str, Any] = {"margin": str(findings.tables["tube"].attrs["margin"])}
     if not model.is_exact and beyond.certified.notnull().all():
         worst = worst_error(model, beyond.certified.values)
-        values |= {"box_error": worst.value, "box_error_of": worst.of or worst.unit}
+        values |= {"box_error": worst.value, "box_error_of": worst.reference}
     # The row closest to its round-off bound; without gravity bound and difference are zero.
     rows = rows_of(findings.tables["cross_check"], "comparison")
     check = max(rows, key=lambda row: row["largest_difference"] / (row["round_off_bound"] or 1.0))

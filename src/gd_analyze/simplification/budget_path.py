@@ -34,8 +34,12 @@ _AT_ONCE = 0.02
 def joined_path(
     path: Sequence[SimplifiedModel], further_models: Sequence[SimplifiedModel]
 ) -> tuple[tuple[SimplifiedModel, ...], tuple[int, ...]]:
-    """Insert further models into a path, by their number of terms; also return the place of each of them."""
-    models = list(path)
+    """Insert further models into a path, by their number of terms; also return the place of each of them.
+
+    They take the place of the path's own models of the same budgets.
+    """
+    budgets = {model.accuracy.budget for model in further_models}
+    models = [model for model in path if model.accuracy.budget not in budgets]
     for further in further_models:
         fewer = (k for k, model in enumerate(models) if len(model.terms) < len(further.terms))
         models.insert(next(fewer, len(models)), further)

@@ -262,9 +262,6 @@ def _other_budgets(
         if stop.is_readable and stop.held is not None and stop is not search.own_stop and not search.is_exact
     }
     measured_models = [measured(exact, stop_model) for stop_model in models_of_stops.values()]
-    # Of a budget that is named, the model searched for it stands on the path.
-    named = {stop_model.accuracy.budget for stop_model in measured_models}
-    path = tuple(step for step in path if step.accuracy.budget not in named)
     path, places = joined_path(path, measured_models)
     own_place = next(
         place for place, step in enumerate(path) if step.accuracy.budget == model.accuracy.budget
